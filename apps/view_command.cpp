@@ -75,7 +75,7 @@ int view(const ViewArguments& arguments) {
   const std::optional<WarningRules> rules = rules_of(arguments);
   publish_recorded_run(arguments.run, drawn_rules(rules, arguments.hook_offset), server.board());
   if (rules && is_run(arguments.run) && changes_rules(arguments, *rules))
-    server.board().publish(events_message(replayed_events(*rules, arguments.run)));
+    server.board().publish(events_message(warnings_of(replayed_events(*rules, arguments.run))));
   print_out("{}Ctrl-C ends it\n", addresses_text(server));
   output_is_complete();
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -110,10 +110,10 @@ class Server(ViewTest):
         self.assertEqual(answer.status, 200)
         self.assertIn(b"<title>Stillmap</title>", body)
         self.assertIn("default-src 'self'", answer.getheader("Content-Security-Policy"))
-        for path in ("/view.js", "/view.css", "/three.min.js", "/OrbitControls.js", "/icon.svg"):
+        for path in ("/main.js", "/warnings.js", "/view.css", "/three.min.js", "/OrbitControls.js", "/icon.svg"):
             self.assertEqual(self.get(viewed, path)[0].status, 200, path)
         self.assertEqual(self.get(viewed, "/image?t=0")[0].status, 404, "a run in progress sends its images")
-        for path in ("/../README.md", "/etc/passwd", "/view.js/x", "//etc/passwd", "/%2e%2e/README.md"):
+        for path in ("/../README.md", "/etc/passwd", "/main.js/x", "/package.json", "/page_test.js", "//etc/passwd", "/%2e%2e/README.md"):
             self.assertIn(self.get(viewed, path)[0].status, (400, 403, 404), path)
         for method in ("POST", "PUT", "DELETE"):
             self.assertGreaterEqual(self.get(viewed, "/", method)[0].status, 400, method)
@@ -479,7 +479,7 @@ class InTheBrowser(ViewTest):
         viewed = self.live("stopped")
         page = self.browser.page(viewed.url)
         page.wait("stillmap.frames > 5 && stillmap.points > 1000", 120)
-        page.wait("stillmap.eyeInView", 30)
+        page.wait("stillmap.eyeInView()", 30)
         page.wait("stillmap.unknown === ''", 30)
         viewed.process.send_signal(signal.SIGSTOP)
         page.wait("/not known: no image for/.test(stillmap.banners[0])", 30)

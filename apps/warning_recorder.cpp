@@ -111,7 +111,7 @@ void WarningRecorder::finish() {
   const std::unique_lock lock(mutex_);
   if (std::exchange(finished_, true)) return;
   if (first_) record(monitor_.announce("the run has ended"));
-  if (outputs_.show) outputs_.show(events_message(events_));
+  if (outputs_.show) outputs_.show(events_message(warnings_of(events_)));
   for (const Receiver& receiver : receivers_) receiver.sender->begin_finish();
   for (const Receiver& receiver : receivers_) {
     const SentEvents events = receiver.sender->finish();
@@ -144,7 +144,7 @@ void WarningRecorder::record(const std::vector<WarningEvent>& events) {
     nlohmann::json json = warning_json(event);
     const std::string line = json_text(json);
     if (file_.is_open()) file_ << line << '\n' << std::flush;
-    events_.push_back(json);
+    events_.push_back(event);
     told_.push_back({event.timestamp, warning_text(event)});
     json["run"] = run_;
     json["sent"] = seconds_since_epoch();

@@ -79,7 +79,7 @@ class WarningRecorder {
   const std::string run_ = random_token();  // tells the events of this run from those of others
   std::ofstream file_;
   std::vector<Finding> findings_;
-  std::vector<nlohmann::json> events_;
+  std::vector<WarningEvent> events_;
   std::vector<RunEvent> told_;
   std::vector<Receiver> receivers_;
   std::size_t warnings_ = 0;

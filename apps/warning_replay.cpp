@@ -108,11 +108,11 @@ WarningRules rules_for(const fs::path& run, const std::string& zones,
   return rules;
 }
 
-std::vector<nlohmann::json> replayed_events(const WarningRules& rules, const fs::path& run) {
+std::vector<WarningEvent> replayed_events(const WarningRules& rules, const fs::path& run) {
   WarningMonitor monitor(rules);
-  std::vector<nlohmann::json> events;
+  std::vector<WarningEvent> events;
   for (const WatchedFrame& frame : watched_frames(run)) {
-    for (const WarningEvent& event : monitor.update(frame)) events.push_back(warning_json(event));
+    for (WarningEvent& event : monitor.update(frame)) events.push_back(std::move(event));
   }
   return events;
 }

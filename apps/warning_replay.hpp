@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 namespace stillmap {
 
 /// Returns the frames of a run folder by time, with camera and movers as its files have them.
@@ -19,8 +17,8 @@ std::vector<WatchedFrame> watched_frames(const std::filesystem::path& run);
 WarningRules rules_for(const std::filesystem::path& run, const std::string& zones,
                        const std::vector<double>& hook_offset);
 
-/// Returns the events of rules in a finished run, as lines of events.jsonl.
-std::vector<nlohmann::json> replayed_events(const WarningRules& rules,
-                                            const std::filesystem::path& run);
+/// Returns the events of rules in a finished run.
+std::vector<WarningEvent> replayed_events(const WarningRules& rules,
+                                          const std::filesystem::path& run);
 
 }  // namespace stillmap

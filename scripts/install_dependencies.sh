@@ -21,9 +21,10 @@ packages=(
   # Python module
   python3-dev pybind11-dev
   # tests and benchmarks
-  libgtest-dev libgmock-dev libbenchmark-dev
+  libgtest-dev libgmock-dev libbenchmark-dev nodejs
 )
 fuzz_packages=(clang libclang-rt-dev)
+tool_packages=(eslint)
 # OpenVINO runs the networks fast; its C++ package is part of the wheel. Optional: without it OpenCV runs them.
 openvino=(openvino==2026.4.1 numpy)
 # The tests of the Python module. Optional: without them they are skipped.
@@ -84,6 +85,7 @@ install_wheels() {
 }
 
 [ "${1:-}" != --fuzz ] || packages+=("${fuzz_packages[@]}")
+[ "${1:-}" != --tools ] || packages+=("${tool_packages[@]}")
 mapfile -t missing < <(missing_packages)
 [ ${#missing[@]} -eq 0 ] || install_packages
 install_wheels "${openvino[@]}" || {

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs clang-tidy (settings: .clang-tidy) over all sources; exit code 1 if it finds anything.
+"""Runs clang-tidy (settings: .clang-tidy) over all sources, and eslint (settings: package.json) over the page of the view,
+if it is installed; exit code 1 if they find anything.
 
 A clean source is not checked again until it, an included header of the project, its compiler flags, the settings or
 clang-tidy's version change: a hash of all of them is stored in build/lint/clean.
@@ -12,6 +13,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -19,6 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/lint"
+PAGE = ROOT / "stillmap/view/page"
 CLANG_TIDY = ROOT / "build/venv/bin/clang-tidy"
 OUR_HEADERS = rf"^{re.escape(str(ROOT))}/(stillmap|apps|lab|fuzz)/.*\.hpp$"
 GCC_ONLY = {"-fpch-preprocess"}
@@ -71,6 +74,17 @@ def without_repeats(text, printed):
     return "".join(kept)
 
 
+def page_is_clean():
+    """Whether eslint finds nothing in the page. Debian's eslint needs the path of its modules if node is another build."""
+    if not shutil.which("eslint"):
+        print("eslint: skipped, it is not installed")
+        return True
+    environment = os.environ | {"NODE_PATH": "/usr/share/nodejs"}
+    result = subprocess.run(["eslint", "--format", "unix", "."], cwd=PAGE, env=environment, check=False)
+    print(f"eslint: {len(list(PAGE.glob('*.js')))} sources, {'clean' if result.returncode == 0 else 'with findings'}")
+    return result.returncode == 0
+
+
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
@@ -103,7 +117,8 @@ def main():
             dirty += bool(found)
             print(without_repeats(found, printed), end="", flush=True)
     print(f"clang-tidy: {len(commands)} sources, {dirty} with findings")
-    return 1 if dirty else 0
+    page_asked = not arguments.paths or any(PAGE.is_relative_to(path) for path in arguments.paths)
+    return 1 if dirty + (page_asked and not page_is_clean()) else 0
 
 
 if __name__ == "__main__":

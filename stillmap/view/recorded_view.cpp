@@ -178,46 +178,23 @@ int track_at(const std::vector<MoverTrack>& tracks, double timestamp,
   return nearest;
 }
 
-/// Returns the id of the final track of the mover of an event; 0 if it is not known. The id during
-/// the run may differ, since tracks of one mover are joined at the end.
-int track_of(const nlohmann::json& event, const std::vector<MoverTrack>& tracks) {
-  const auto position = event.value("position", std::vector<double>());
-  if (position.size() != 3) return 0;
-  return track_at(tracks, event.value("timestamp", 0.0), Eigen::Vector3d(position.data()));
-}
-
-/// Returns the text of an event with another number of its mover; 0: without a number.
-std::string text_with_number(const nlohmann::json& event, int number) {
-  const std::string class_name = event.value("class", "unknown"), rule = event.value("rule", "");
-  const std::string name = class_name == "unknown" ? "object" : class_name;
-  const std::string before = fmt::format("{} {} ", name, event.value("mover", 0));
-  std::string text = event.value("text", "");
-  const std::size_t title = text.starts_with(rule + ": ") ? rule.size() + 2 : 0;
-  if (const std::size_t at = text.find(before, title); at != std::string::npos)
-    text.replace(at, before.size(), number == 0 ? name + " " : fmt::format("{} {} ", name, number));
-  return text;
-}
-
-/// Publishes the warnings of a run. Movers have the numbers of their final tracks, as on the map;
-/// those without one have negative numbers, which only distinguish them.
+/// Publishes the warnings of a run. Movers have the numbers of their final tracks, as on the map:
+/// those during the run may differ, since tracks of one mover are joined at the end. Movers without
+/// a final track have negative numbers, which only distinguish them.
 void publish_events_of(const fs::path& file, const std::vector<MoverTrack>& tracks,
                        TopicBoard& board) {
   std::istringstream text(read_file(file));
   with_json_of(file, "make it again with `stillmap warn`", [&] {
-    std::vector<nlohmann::json> events, begins;
-    for (std::string line; std::getline(text, line);) {
-      events.push_back(nlohmann::json::parse(line));
-      if (events.back().value("event", "") == "begin") begins.push_back(events.back());
+    std::vector<WarningEvent> events;
+    for (std::string line; std::getline(text, line);)
+      events.push_back(warning_of(nlohmann::json::parse(line)));
+    std::vector<Warning> warnings = warnings_of(events);
+    for (auto& [begin, end] : warnings) {
+      if (begin.mover == 0) continue;
+      const int track = track_at(tracks, begin.timestamp, begin.position);
+      begin.mover = track != 0 ? track : -begin.mover;
     }
-    nlohmann::json message = events_message(events);
-    for (std::size_t i = 0; i < begins.size(); ++i) {
-      const int mover = begins[i].value("mover", 0);
-      if (mover == 0) continue;
-      const int track = track_of(begins[i], tracks);
-      message["events"][i]["mover"] = track != 0 ? track : -mover;
-      message["events"][i]["text"] = text_with_number(begins[i], track);
-    }
-    board.publish(message);
+    board.publish(events_message(warnings));
   });
 }
 

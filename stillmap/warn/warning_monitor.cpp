@@ -51,25 +51,15 @@ WarningEvent event_of(const WatchedFrame& frame, WarningKind kind, const Distanc
   return event;
 }
 
-const char* name_of(WarningKind kind) {
-  switch (kind) {
-    case WarningKind::kZone:
-      return "zone";
-    case WarningKind::kNear:
-      return "near";
-    case WarningKind::kCourse:
-      return "course";
-    case WarningKind::kUnseen:
-      return "unseen";
-    case WarningKind::kUnknown:
-      return "unknown";
-  }
-  return "";
-}
-
 /// Whether a warning is about what is not known, and not about a mover.
 bool is_gap(WarningKind kind) {
   return kind == WarningKind::kUnseen || kind == WarningKind::kUnknown;
+}
+
+/// Returns the mover of a warning: "person 3", or "person" if it has no number to be shown.
+std::string mover_text(const WarningEvent& event) {
+  const std::string name = event.class_name == kNoClass ? "object" : event.class_name;
+  return event.mover > 0 ? fmt::format("{} {}", name, event.mover) : name;
 }
 
 /// Returns where the mover of a warning is: "in zone 'gate'".
@@ -84,6 +74,10 @@ std::string place_text(const WarningEvent& event) {
 std::string left_text(const WarningEvent& event) {
   if (event.kind == WarningKind::kZone) return fmt::format("has left zone '{}'", event.rule);
   return "is no longer " + place_text(event);
+}
+
+Eigen::Vector3d vector_of(const nlohmann::json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
 }
 
 double rounded(double value) { return std::round(value * 1e3) / 1e3; }
@@ -102,6 +96,7 @@ std::vector<WarningEvent> WarningMonitor::update(const WatchedFrame& frame) {
   std::vector<WarningEvent> changes;
   for (WarningEvent& event : broken_rules(frame)) {
     const auto [entry, begins] = active_.try_emplace(Key{event.kind, event.rule, event.mover});
+    event.id = begins ? ++events_ : entry->second.newest.id;
     entry->second = {event, frame.timestamp, false};
     if (begins) changes.push_back(event);
   }
@@ -120,6 +115,7 @@ std::vector<WarningEvent> WarningMonitor::update(const WatchedFrame& frame) {
       ++entry;
       continue;
     }
+    warning.newest.id = ++events_;
     warning.newest.begins = false;
     warning.newest.seen_clear = unknown || warning.seen;
     warning.newest.frame = frame.index;
@@ -128,15 +124,15 @@ std::vector<WarningEvent> WarningMonitor::update(const WatchedFrame& frame) {
     changes.push_back(warning.newest);
     entry = active_.erase(entry);
   }
-  for (WarningEvent& event : changes) event.id = ++events_;
   return changes;
 }
 
 std::vector<WarningEvent> WarningMonitor::announce(const std::string& reason) {
   WarningEvent event = event_of(newest_, WarningKind::kUnknown, reason);
-  const Key key{event.kind, event.rule, event.mover};
-  if (!active_.try_emplace(key, Active{event, newest_.timestamp, false}).second) return {};
+  const auto [entry, begins] = active_.try_emplace(Key{event.kind, event.rule, event.mover});
+  if (!begins) return {};
   event.id = ++events_;
+  entry->second = {event, newest_.timestamp, false};
   return {std::move(event)};
 }
 
@@ -236,8 +232,7 @@ Eigen::Vector3d WarningMonitor::camera_velocity() const {
 }
 
 std::string warning_text(const WarningEvent& event) {
-  const std::string name = event.class_name == kNoClass ? "object" : event.class_name;
-  const std::string who = fmt::format("{} {}", name, event.mover);
+  const std::string who = mover_text(event);
   if (!event.begins && !is_gap(event.kind)) {
     return event.seen_clear ? fmt::format("clear: {} {}", who, left_text(event))
                             : fmt::format("out of sight: {}, last {}", who, place_text(event));
@@ -260,13 +255,20 @@ std::string warning_text(const WarningEvent& event) {
   return "";
 }
 
+// The first one is that of unknown names.
+NLOHMANN_JSON_SERIALIZE_ENUM(WarningKind, {{WarningKind::kUnknown, "unknown"},
+                                           {WarningKind::kZone, "zone"},
+                                           {WarningKind::kNear, "near"},
+                                           {WarningKind::kCourse, "course"},
+                                           {WarningKind::kUnseen, "unseen"}})
+
 nlohmann::json warning_json(const WarningEvent& event) {
   const auto array = [](const Eigen::Vector3d& v) {
     return nlohmann::json::array({rounded(v.x()), rounded(v.y()), rounded(v.z())});
   };
   nlohmann::json json{{"id", event.id},
                       {"event", event.begins ? "begin" : "end"},
-                      {"kind", name_of(event.kind)},
+                      {"kind", event.kind},
                       {"rule", event.rule},
                       {"frame", event.frame},
                       {"timestamp", event.timestamp},
@@ -293,41 +295,59 @@ nlohmann::json warning_json(const WarningEvent& event) {
   return json;
 }
 
+WarningEvent warning_of(const nlohmann::json& json) {
+  WarningEvent event;
+  event.begins = json.at("event") == "begin";
+  event.kind = json.at("kind").get<WarningKind>();
+  event.id = json.value("id", event.id);
+  event.rule = json.at("rule").get<std::string>();
+  event.point = json.value("point", event.point);
+  event.nearer = json.value("nearer", event.nearer);
+  event.mover = json.value("mover", event.mover);
+  event.class_name = json.value("class", event.class_name);
+  event.confidence = json.value("confidence", event.confidence);
+  event.observed = json.value("observed", event.observed);
+  event.distance = json.value("distance", event.distance);
+  event.seconds = json.value("seconds", event.seconds);
+  event.seen_clear = json.value("seen_clear", event.seen_clear);
+  event.frame = json.at("frame").get<std::size_t>();
+  event.timestamp = json.at("timestamp").get<double>();
+  if (json.contains("position")) event.position = vector_of(json["position"]);
+  if (const nlohmann::json& camera = json.at("camera"); camera.is_array()) {
+    const Eigen::Quaterniond q(camera.at(6).get<double>(), camera.at(3).get<double>(),
+                               camera.at(4).get<double>(), camera.at(5).get<double>());
+    event.T_world_camera = Pose(q, vector_of(camera));
+  }
+  return event;
+}
+
+std::vector<Warning> warnings_of(const std::vector<WarningEvent>& events) {
+  std::vector<Warning> warnings;
+  std::map<std::tuple<WarningKind, std::string, int>, std::size_t> open;
+  for (const WarningEvent& event : events) {
+    const std::tuple key{event.kind, event.rule, event.mover};
+    if (event.begins) {
+      open[key] = warnings.size();
+      warnings.push_back({event, std::nullopt});
+    } else if (const auto begun = open.find(key); begun != open.end()) {
+      warnings[begun->second].end = event.timestamp;
+      open.erase(begun);
+    }
+  }
+  return warnings;
+}
+
 nlohmann::json warnings_message(const std::vector<WarningEvent>& active, std::size_t count) {
   nlohmann::json list = nlohmann::json::array();
-  for (const WarningEvent& event : active) {
-    nlohmann::json json{
-        {"kind", name_of(event.kind)}, {"rule", event.rule}, {"text", warning_text(event)}};
-    if (event.mover != 0) json["mover"] = event.mover;
-    if (event.kind == WarningKind::kNear || event.kind == WarningKind::kCourse)
-      json["distance"] = rounded(event.distance);
-    if (event.kind == WarningKind::kZone || event.kind == WarningKind::kUnseen)
-      json["zone"] = event.rule;
-    list.push_back(std::move(json));
-  }
+  for (const WarningEvent& event : active) list.push_back(warning_json(event));
   return {{"type", "warnings"}, {"count", count}, {"active", std::move(list)}};
 }
 
-nlohmann::json events_message(const std::vector<nlohmann::json>& lines) {
+nlohmann::json events_message(const std::vector<Warning>& warnings) {
   nlohmann::json events = nlohmann::json::array();
-  std::map<std::tuple<std::string, std::string, int>, std::size_t> open;
-  for (const nlohmann::json& line : lines) {
-    const int mover = line.value("mover", 0);
-    const std::tuple key{line.value("kind", ""), line.value("rule", ""), mover};
-    const double timestamp = line.value("timestamp", 0.0);
-    if (line.value("event", "") == "begin") {
-      open[key] = events.size();
-      events.push_back({{"kind", std::get<0>(key)},
-                        {"text", line.value("text", "")},
-                        {"rule", std::get<1>(key)},
-                        {"mover", mover},
-                        {"begin", timestamp},
-                        {"end", nullptr}});
-      if (line.contains("distance")) events.back()["distance"] = line["distance"];
-    } else if (const auto begun = open.find(key); begun != open.end()) {
-      events[begun->second]["end"] = timestamp;
-      open.erase(begun);
-    }
+  for (const Warning& warning : warnings) {
+    events.push_back(warning_json(warning.begin));
+    events.back()["end"] = warning.end ? nlohmann::json(*warning.end) : nlohmann::json();
   }
   return {{"type", "events"}, {"events", std::move(events)}};
 }

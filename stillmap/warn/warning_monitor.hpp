@@ -52,11 +52,11 @@ enum class WarningKind {
 struct WarningEvent {
   bool begins = true;
   WarningKind kind = WarningKind::kZone;
-  std::size_t id = 0;      ///< Running number of the events of a monitor, from 1.
+  std::size_t id = 0;      ///< Running number from 1; in WarningMonitor::active() of the begin.
   std::string rule;        ///< Name of the zone or distance rule, or the reason of kUnknown.
   std::string point;       ///< Point of a distance rule; otherwise empty.
   double nearer = 0;       ///< Distance of the rule; 0 for others [m].
-  int mover = 0;           ///< Id of the mover; 0 for kUnseen and kUnknown.
+  int mover = 0;           ///< Id of the mover; 0 for kUnseen and kUnknown; negative: not shown.
   std::string class_name;  ///< Of the mover.
   double confidence = 0;   ///< Of its class [0..1].
   bool observed = true;    ///< The mover is observed, not predicted.
@@ -126,13 +126,25 @@ std::string warning_text(const WarningEvent& event);
 /// Returns an event as a line of events.jsonl; docs/view.md lists its keys.
 nlohmann::json warning_json(const WarningEvent& event);
 
-/// Returns the present warnings for the page of the view: {"type": "warnings", "count", "active"}.
+/// Returns the event of a line of events.jsonl: the inverse of warning_json(). Throws
+/// nlohmann::json::exception if it is none.
+WarningEvent warning_of(const nlohmann::json& json);
+
+/// A warning from its begin to its end.
+struct Warning {
+  WarningEvent begin;
+  std::optional<double> end;  ///< None if it lasted to the end of the run [s].
+};
+
+/// Returns the warnings of the events of a run, in the order in which they begin.
+std::vector<Warning> warnings_of(const std::vector<WarningEvent>& events);
+
+/// Returns the present warnings for the page of the view, type "warnings", as warning_json() does.
 /// @param count  number of warnings that have begun so far
 nlohmann::json warnings_message(const std::vector<WarningEvent>& active, std::size_t count);
 
-/// Returns all warnings of a run for the page of the view: {"type": "events", "events": [{"kind",
-/// "text", "rule", "mover", "begin", "end"}]}, times in seconds, end null if there is none.
-/// @param lines  lines of events.jsonl
-nlohmann::json events_message(const std::vector<nlohmann::json>& lines);
+/// Returns the warnings of a run for the page of the view, type "events": each like warning_json()
+/// of its begin, and "end" [s], null if there is none.
+nlohmann::json events_message(const std::vector<Warning>& warnings);
 
 }  // namespace stillmap

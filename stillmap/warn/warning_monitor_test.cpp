@@ -318,32 +318,61 @@ TEST(WarningMonitor, EventsAreNumbered) {
 }
 
 TEST(EventsMessage, PairsBeginsWithTheirEnds) {
-  const nlohmann::json begin{{"event", "begin"}, {"kind", "zone"},
-                             {"rule", "gate"},   {"mover", 3},
-                             {"timestamp", 1.5}, {"text", "person 3 is in gate"}};
-  nlohmann::json end = begin, other = begin;
-  end["event"] = "end";
-  end["timestamp"] = 2.5;
-  other["mover"] = 4;
-  const nlohmann::json events = events_message({begin, other, end}).at("events");
+  WarningEvent begin;
+  begin.rule = "gate";
+  begin.mover = 3;
+  begin.class_name = "person";
+  begin.timestamp = 1.5;
+  WarningEvent end = begin, other = begin;
+  end.begins = false;
+  end.timestamp = 2.5;
+  other.mover = 4;
+  const nlohmann::json events = events_message(warnings_of({begin, other, end})).at("events");
   ASSERT_EQ(events.size(), 2U);
-  EXPECT_EQ(events[0].at("begin"), 1.5);
+  EXPECT_EQ(events[0].at("timestamp"), 1.5);
   EXPECT_EQ(events[0].at("end"), 2.5);
   EXPECT_TRUE(events[1].at("end").is_null());
   EXPECT_EQ(events[1].at("mover"), 4);
 }
 
-TEST(WarningsMessage, NamesRuleAndDistanceSoThatTheNearestCanBeShownFirst) {
+TEST(WarningsMessage, HasTheFieldsOfTheEventAndTheIdOfItsBegin) {
   WarningMonitor monitor({.zones = {}, .distances = {camera_rule(3)}});
   WatchedFrame frame;
   frame.T_world_camera = Pose();
   frame.movers = {person(0, 2)};
   const auto begun = monitor.update(frame);
-  const nlohmann::json active = warnings_message(monitor.active(), 1).at("active").at(0);
-  EXPECT_EQ(active.at("rule"), warning_json(begun.at(0)).at("rule"));
-  EXPECT_EQ(active.at("distance"), warning_json(begun.at(0)).at("distance"));
-  const nlohmann::json event = events_message({warning_json(begun.at(0))}).at("events").at(0);
-  EXPECT_EQ(event.at("distance"), active.at("distance"));
+  EXPECT_EQ(warnings_message(monitor.active(), 1).at("active").at(0), warning_json(begun.at(0)));
+  frame.timestamp = 0.1;
+  frame.movers = {person(0, 1.5)};
+  EXPECT_TRUE(monitor.update(frame).empty());
+  const nlohmann::json later = warnings_message(monitor.active(), 1).at("active").at(0);
+  EXPECT_EQ(later.at("id"), begun.at(0).id);
+  EXPECT_LT(later.at("distance"), begun.at(0).distance);
+}
+
+TEST(WarningText, OfAMoverWithoutANumberNamesItsClass) {
+  WarningEvent event;
+  event.rule = "gate";
+  event.mover = -3;
+  event.class_name = "person";
+  EXPECT_EQ(warning_text(event), "person is in zone 'gate'");
+}
+
+TEST(WarningOf, IsTheInverseOfWarningJson) {
+  WarningMonitor monitor({.zones = {square()}, .distances = {camera_rule(3)}});
+  WatchedFrame frame;
+  frame.T_world_camera = Pose();
+  frame.zones_seen = {0.1};
+  frame.movers = {person(0, 2)};
+  std::vector<WarningEvent> events = monitor.update(frame);
+  frame.timestamp = 3;
+  frame.T_world_camera.reset();
+  for (const WarningEvent& event : monitor.update(frame)) events.push_back(event);
+  EXPECT_GE(events.size(), 3U);
+  for (const WarningEvent& event : events) {
+    const nlohmann::json json = warning_json(event);
+    EXPECT_EQ(warning_json(warning_of(json)), json);
+  }
 }
 
 TEST(WarningJson, HasPoseMoverDistanceAndConfidence) {
