@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/doctor.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/number.hpp"
 #include "stillmap/base/statistics.hpp"
@@ -82,14 +83,18 @@ Severity severity_of(std::size_t unusable, std::size_t all) {
 
 void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.frames = list.frames.size();
-  diagnosis.add(Severity::kOk, fmt::format("{} pairs of color and depth", list.frames.size()));
+  diagnosis.add(Severity::kOk, counted(list.frames.size(), "pair") + " of color and depth");
   if (list.skipped.empty()) return;
   const bool most = list.skipped.size() > list.frames.size();
   const auto lost = static_cast<std::size_t>(std::count_if(
       list.skipped.begin(), list.skipped.end(), [](const auto& s) { return s.frame_lost; }));
-  diagnosis.add(most ? Severity::kError : severity_of(lost, list.frames.size() + lost),
-                fmt::format("{} lines of the lists give no frame; the first: {}",
-                            list.skipped.size(), list.skipped.front().reason),
+  const double begin = list.frames.empty() ? 0 : list.frames.front().timestamp;
+  const bool many = are_many_unusable(list.skipped, begin, list.frames.size() + lost);
+  diagnosis.add(most   ? Severity::kError
+                : many ? Severity::kDoubt
+                       : Severity::kWarning,
+                fmt::format("{} of the lists without a frame; the first: {}",
+                            counted(list.skipped.size(), "line"), list.skipped.front().reason),
                 most ? "correct the timestamps and names in the lists"
                      : "no action is needed if these are few: they are skipped");
 }
@@ -527,7 +532,7 @@ std::size_t check_frames(FrameSource& source, std::size_t most_frames, Diagnosis
     check.add(*frame);
   }
   diagnosis.add(frames > 0 ? Severity::kOk : Severity::kError,
-                fmt::format("{} frames examined", frames));
+                counted(frames, "frame") + " examined");
   for (const std::string& problem : check.problems()) diagnosis.add(Severity::kDoubt, problem);
   return frames;
 }
@@ -610,9 +615,9 @@ Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   }
   diagnosis.frames = diagnosis.usable_frames = check_frames(source, most_frames, diagnosis);
   if (!source.skipped().empty()) {
-    diagnosis.add(Severity::kWarning,
-                  fmt::format("{} images were skipped; the first: {}", source.skipped().size(),
-                              source.skipped().front().reason));
+    diagnosis.add(Severity::kWarning, fmt::format("skipped: {}; the first: {}",
+                                                  counted(source.skipped().size(), "image"),
+                                                  source.skipped().front().reason));
   }
   return diagnosis;
 }
