@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/doubts.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/sensor/frame_check.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include <fmt/format.h>
@@ -33,17 +35,23 @@ double share(std::size_t part, std::size_t all) {
   return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0;
 }
 
+/// Returns whether a frame could not be used, other than one of a live camera that was not taken in
+/// time.
+bool is_unusable(const SkippedFrame& frame) { return frame.frame_lost && !frame.late; }
+
 /// Returns the most frequent reason for a frame without a pose.
-std::string main_reason(const SlamResult& result) {
+std::string main_reason(const RunRecord& record) {
+  const SlamResult& result = record.result;
   std::map<std::string, int> count;
   for (const FrameRecord& f : result.frames) {
     if (!f.reason.empty()) ++count[f.reason];
   }
   const auto most = std::max_element(
       count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (most == count.end())
-    return result.frames.empty() ? "no frame could be read" : "the run ended before its map began";
-  return most->first;
+  if (most != count.end()) return most->first;
+  const auto lost = std::find_if(record.skipped.begin(), record.skipped.end(), is_unusable);
+  if (lost != record.skipped.end()) return lost->reason;
+  return result.frames.empty() ? "no frame could be read" : "the run ended before its map began";
 }
 
 void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
@@ -58,19 +66,21 @@ void add_coverage(const RunRecord& record, std::vector<std::string>& doubts) {
         waits ? ", or do not let tracking wait for the network: --set network.mask_delay=-1" : ""));
     return;
   }
+  const bool only_localized = record.loaded && !record.loaded->extended;
   doubts.push_back(fmt::format(
-      "only {} of {} frames have a pose (most often: {}); check the camera, its depth factor and "
+      "only {} of {} frames have a pose (most often: {}); {}check the camera, its depth factor and "
       "the images with: stillmap doctor RECORDING",
-      tracked, total, main_reason(record.result)));
+      tracked, total, main_reason(record),
+      only_localized ? "if the camera was in the place of the loaded map, " : ""));
 }
 
-/// Tells many unusable frames, except those of a live camera that were not taken in time.
+/// Tells many unusable frames.
 void add_unusable(const RunRecord& record, std::vector<std::string>& doubts) {
-  const auto unusable = [](const SkippedFrame& s) { return s.frame_lost && !s.late; };
-  const auto count = static_cast<std::size_t>(
-      std::count_if(record.skipped.begin(), record.skipped.end(), unusable));
-  if (!are_many_unusable(count, record.total_frames())) return;
-  const auto& first = *std::find_if(record.skipped.begin(), record.skipped.end(), unusable);
+  const auto count = std::count_if(record.skipped.begin(), record.skipped.end(), is_unusable);
+  const auto& frames = record.result.frames;
+  const double begin = frames.empty() ? 0 : frames.front().timestamp;
+  if (!are_many_unusable(record.skipped, begin, record.total_frames())) return;
+  const auto& first = *std::find_if(record.skipped.begin(), record.skipped.end(), is_unusable);
   doubts.push_back(fmt::format(
       "{} of {} frames of the recording could not be used; the first: {:.6f}: {}; see what is "
       "wrong with: stillmap doctor RECORDING",
@@ -97,7 +107,10 @@ void add_gap(const RunRecord& record, std::vector<std::string>& doubts) {
 }
 
 void add_uncertain(const RunRecord& record, std::vector<std::string>& doubts) {
-  const std::size_t uncertain = frames_with(record.result, &FrameRecord::uncertain);
+  const auto& frames = record.result.frames;
+  const auto uncertain = static_cast<std::size_t>(
+      std::count_if(frames.begin(), frames.end(),
+                    [](const FrameRecord& f) { return f.has_pose() && f.uncertain; }));
   if (share(uncertain, record.result.tracked()) <= kMaxUncertain) return;
   doubts.push_back(fmt::format(
       "{} of {} poses are uncertain: they contradict the motion of the camera, or nearly all that "
@@ -149,7 +162,7 @@ void add_empty_cloud(const RunRecord& record, std::vector<std::string>& doubts) 
   doubts.push_back(
       fmt::format("the dense map {}; check dense.voxel, dense.max_depth, dense.stride and "
                   "dense.excluded_classes, and the depth images",
-                  points == 0 ? "is empty" : fmt::format("has only {} points", points)));
+                  points == 0 ? "is empty" : "has only " + counted(points, "point")));
 }
 
 /// Tells a focal length that the map contradicts.
@@ -169,6 +182,28 @@ void add_wrong_focal_length(const RunRecord& record, std::vector<std::string>& d
       "about {:.0f} fit better, so the map is distorted; find the right one with: "
       "stillmap calibrate RECORDING",
       record.result.camera.fx, *fitting));
+}
+
+/// Returns whether the principal point is far from the center of the images and would be near it
+/// with cx and cy exchanged.
+bool has_exchanged_center(const Camera& camera) {
+  constexpr double kNear = 0.05, kFar = 0.1;  // distances from the center [image widths]
+  const auto distance = [&](double x, double y) {
+    return std::hypot(x - camera.width / 2.0, y - camera.height / 2.0) / camera.width;
+  };
+  return distance(camera.cx, camera.cy) > kFar && distance(camera.cy, camera.cx) < kNear;
+}
+
+/// Tells a principal point that the map contradicts.
+void add_wrong_center(const RunRecord& record, std::vector<std::string>& doubts) {
+  const Camera& camera = record.result.camera;
+  const auto& fitting = record.result.camera_errors.center;
+  if (!fitting || has_exchanged_center(camera)) return;
+  doubts.push_back(fmt::format(
+      "the principal point of the camera contradicts the map: ({:.0f}, {:.0f}) is given, and about "
+      "({:.0f}, {:.0f}) fits better, so the map is distorted; find the right one with: "
+      "stillmap calibrate RECORDING",
+      camera.cx, camera.cy, fitting->x(), fitting->y()));
 }
 
 /// Tells depth images that hold distances from the camera.
@@ -193,6 +228,13 @@ void add_unlikely_camera(const Camera& camera, std::vector<std::string>& doubts)
   const double aspect = camera.fx / camera.fy, focal = camera.fx / camera.width;
   const double cx = camera.cx / camera.width, cy = camera.cy / camera.height;
   const auto central = [](double share) { return share > 0.25 && share < 0.75; };
+  if (has_exchanged_center(camera)) {
+    doubts.push_back(fmt::format(
+        "the principal point (cx {:g}, cy {:g}) is far from the center of the images of {} x {} "
+        "pixels, and would be near it with cx and cy exchanged; exchange them in the camera file",
+        camera.cx, camera.cy, camera.width, camera.height));
+    return;
+  }
   const bool likely = aspect > 1 / kMostOblong && aspect < kMostOblong && central(cx) &&
                       central(cy) && focal > kShortestFocal && focal < kLongestFocal;
   if (likely) return;
@@ -225,11 +267,11 @@ std::optional<std::string> note_on_late_frames(const RunRecord& record) {
 
 std::vector<std::string> doubts_of(const RunRecord& record) {
   std::vector<std::string> doubts;
+  add_masks(record, doubts);  // a cause of the next ones
   add_coverage(record, doubts);
   add_unusable(record, doubts);
   add_gap(record, doubts);
   add_uncertain(record, doubts);
-  add_masks(record, doubts);
   if (!record.result.carried_doubt.empty()) doubts.push_back(record.result.carried_doubt);
   doubts.insert(doubts.end(), record.frame_problems.begin(), record.frame_problems.end());
   const SlamResult& result = record.result;
@@ -241,6 +283,7 @@ std::vector<std::string> doubts_of(const RunRecord& record) {
   }
   add_empty_cloud(record, doubts);
   add_wrong_focal_length(record, doubts);
+  add_wrong_center(record, doubts);
   add_distances(record, doubts);
   add_unlikely_camera(result.camera, doubts);
   return doubts;
