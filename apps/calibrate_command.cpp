@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/pipeline/calibrate_recording.hpp"
@@ -71,7 +72,8 @@ int run(const CalibrateArguments& arguments) {
   };
   const CalibrationReport report =
       calibrate_recording(open, given, parameters_of(read_options("")));
-  print_out("{} frames, {} observations, {} passes\n", report.frames, report.observations, pass);
+  print_out("{}, {}, {}\n", counted(report.frames, "frame"),
+            counted(report.observations, "observation"), counted(pass, "pass"));
   print_out("{:<25}{:>10}{:>11}{:>10}  verdict\n", "parameter", "given", "estimated", "sigma");
   for (const CalibratedParameter& parameter : report.parameters)
     print_out("{}", line_of(parameter));

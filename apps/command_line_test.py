@@ -378,6 +378,16 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(figures["--verdicts"].keys(), figures["--labels"].keys())
         self.assertNotIn("verdicts", stillmap("run", "--help").stdout + stillmap("eval", "--help").stdout)
 
+    def test_a_camera_without_the_size_of_the_images_takes_that_of_the_images(self):
+        values = dict(line.split(":")[:2] for line in (self.sequence / "camera.yaml").read_text().splitlines())
+        fx, fy, cx, cy, factor = (values[key].split("#")[0].strip() for key in ("fx", "fy", "cx", "cy", "depth_factor"))
+        camera = self.foreign("sizeless.yaml", f"camera_matrix: {{data: [{fx}, 0, {cx}, 0, {fy}, {cy}, 0, 0, 1]}}\n"
+                                               f"depth_factor: {factor}\n")
+        words = ["eval", self.sequence / "groundtruth.txt", self.run_folder / "trajectory.txt",
+                 "--cloud", self.run_folder / "cloud.ply", "--sequence", self.sequence]
+        own, given = (self.succeeded(stillmap(*words, *more)).stdout for more in ([], ["--camera", camera]))
+        self.assertEqual(own, given)
+
     def test_figures_of_chosen_frames_and_of_the_maps_are_drawn(self):
         out = self.folder / "figures"
         done = self.succeeded(stillmap("run", self.sequence, "--preset", "seg-mask", "--masks", self.sequence / "mask", "--count",

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/print.hpp"
@@ -125,10 +126,11 @@ int run(const DenseArguments& arguments) {
   const PlacedMap placed = place_views(saved, options);
   const ComposedCloud cloud = cloud_of(placed);
   print_out(
-      "{} views, {} points, {} voxels removed, {} static objects; read in {:.0f} ms, composed in "
+      "{}, {}, {} removed, {}; read in {:.0f} ms, composed in "
       "{:.0f} ms\n",
-      cloud.keyframes, cloud.cloud.size(), cloud.voxels_removed, cloud.semantics.objects.size(),
-      reading, watch.lap());
+      counted(cloud.keyframes, "view"), counted(cloud.cloud.size(), "point"),
+      counted(cloud.voxels_removed, "voxel"),
+      counted(cloud.semantics.objects.size(), "static object"), reading, watch.lap());
 
   const Trajectory trajectory = trajectory_of(paths, saved);
   const std::vector<MoverTrack> movers =

@@ -16,6 +16,7 @@
 #include "stillmap/report/cloud_image.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <algorithm>
@@ -92,8 +93,9 @@ CloudFigures cloud_figures(const EvalArguments& arguments, const Trajectory& tru
     throw Error("the sequence has no mask/ folder", arguments.sequence,
                 "ghosts are measured with true masks");
   }
-  TumFolder source(
-      paths, read_camera(arguments.camera.empty() ? paths.camera.string() : arguments.camera));
+  SourceOptions options;
+  options.camera = arguments.camera;
+  TumFolder source(paths, recorded_camera(arguments.sequence, options));
   MaskedFrames frames = frames_with_masks(source, paths.masks);
   std::optional<TrueSurface> surface = true_surface(arguments);
   if (surface) frames = shown_to(*surface, std::move(frames), truth, source.camera());

@@ -337,8 +337,9 @@ const GhostReference* GhostReferences::of(const BenchmarkSequence& sequence) {
     RunRequest request;
     request.sequence = sequence.folder.string();
     request.truth_frame = sequence.truth_frame;
-    TumFolder source(
-        paths, read_camera(sequence.camera.empty() ? paths.camera.string() : sequence.camera));
+    SourceOptions options;
+    options.camera = sequence.camera;
+    TumFolder source(paths, recorded_camera(request.sequence, options));
     entry->second = std::make_unique<const GhostReference>(make_ghost_reference(
         frames_with_masks(source, paths.masks), truth_of(request).value(), source.camera()));
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `stillmap record`: keeps the frames of a source as a folder in TUM layout.
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -130,8 +131,8 @@ int record(const RecordArguments& arguments) {
   FolderWriter writer(arguments.out, written_camera(source->camera()));
   FrameCheck check(source->camera());
   const std::size_t frames = add_frames(*source, writer, check);
-  print_out("{}: {} frames, {} skipped\n{}", arguments.out, frames, source->skipped().size(),
-            kept_text(writer.camera()));
+  print_out("{}: {}, {} skipped\n{}", arguments.out, counted(frames, "frame"),
+            source->skipped().size(), kept_text(writer.camera()));
   std::vector<Finding> findings = check.findings();
   const std::size_t skipped = source->skipped().size();
   if (are_many_unusable(skipped, frames + skipped)) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/geometry/trajectory.hpp"
@@ -115,10 +116,11 @@ int run(const RecoverArguments& arguments) {
       folder.write(live, [](const fs::path&) {});
   }
   print_out(
-      "recovered: {} of {} frames with a pose, {} keyframes, {} views; the last frame is at "
+      "recovered: {} of {} with a pose, {}, {}; the last frame is at "
       "{:.6f} s\n",
-      record.result.tracked(), record.frames, recovered.map.map.keyframes.size(),
-      recovered.map.views.size(), recovered.frames.back().timestamp);
+      record.result.tracked(), counted(record.frames, "frame"),
+      counted(recovered.map.map.keyframes.size(), "keyframe"),
+      counted(recovered.map.views.size(), "view"), recovered.frames.back().timestamp);
   print_out("{}", folder.written_text());
   folder.require_all();
   folder.remove_own(std::vector<std::string>{kRunJournal});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_session.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/journal_file.hpp"
 #include "stillmap/base/machine.hpp"
@@ -266,7 +267,8 @@ RunRecord run_session(Session session) {
       {}};
   map_or_tell(session, server.get(), recorders, folder, record);
   if (record.interrupted && !session.quiet)
-    print_out("interrupted after {} frames; the results so far are saved\n", record.frames);
+    print_out("interrupted after {}; the results so far are saved\n",
+              counted(record.frames, "frame"));
 
   evaluate_run(record);
   if (record.truth) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/print.hpp"
@@ -38,8 +39,8 @@ int run(const SimulateArguments& arguments) {
   }();
   if (frames < sequence.frames())
     print_out("interrupted after {} of {} frames\n", frames, sequence.frames());
-  print_out("written: {} ({} frames; map it with: stillmap run {})\n", arguments.out, frames,
-            arguments.out);
+  print_out("written: {} ({}; map it with: stillmap run {})\n", arguments.out,
+            counted(frames, "frame"), arguments.out);
   return frames < sequence.frames() ? kInterrupted : kSuccess;
 }
 

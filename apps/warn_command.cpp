@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
 
@@ -47,8 +48,8 @@ int warn(const WarnArguments& arguments) {
   WarningRecorder recorder(rules, folder, {.show = {}, .lines = lines});
   for (const WatchedFrame& frame : frames) recorder.add(frame);
   folder.require_all();
-  print_out("{} warnings in {} frames: {}\n", recorder.warnings(), frames.size(),
-            (folder.path() / kRunWarnings).string());
+  print_out("{} in {}: {}\n", counted(recorder.warnings(), "warning"),
+            counted(frames.size(), "frame"), (folder.path() / kRunWarnings).string());
   print_out(
       "what was not known (no depth, old masks, zones out of view) is only told during a run\n");
   return kSuccess;

@@ -2,6 +2,7 @@
 #include "stillmap/dense/semantic_files.hpp"
 
 #include "stillmap/base/bytes.hpp"
+#include "stillmap/base/counted.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -119,8 +120,8 @@ cv::Mat legend_image(const std::vector<ClassColor>& classes) {
     const cv::Scalar color(entry.color[2], entry.color[1], entry.color[0]);
     cv::rectangle(image, cv::Rect(10, i * kLine + 10, 30, kLine - 10), color, cv::FILLED);
     cv::putText(image,
-                fmt::format("{}: {} object{}, {} points", entry.class_name, entry.objects,
-                            entry.objects == 1 ? "" : "s", entry.points),
+                fmt::format("{}: {}, {}", entry.class_name, counted(entry.objects, "object"),
+                            counted(entry.points, "point")),
                 {50, i * kLine + 26}, cv::FONT_HERSHEY_SIMPLEX, 0.5, cv::Scalar(230, 230, 230), 1,
                 cv::LINE_AA);
   }

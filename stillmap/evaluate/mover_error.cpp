@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/mover_error.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/geometry/assignment.hpp"
 #include "stillmap/geometry/association.hpp"
@@ -245,13 +246,13 @@ MoverErrors compare_movers(const std::vector<MoverPosition>& truth,
 
 std::string mover_error_text(const MoverErrors& e) {
   std::string text = fmt::format(
-      "movers: {} objects in {} frames, {} tracks ({} false)\n"
+      "movers: {} in {}, {} ({} false)\n"
       "  position error  median {:.3f}  p95 {:.3f}  mean {:.3f} m;  shown nearly whole: median "
       "{:.3f} m;  along the ground: median {:.3f} m\n"
       "  velocity error  median {:.3f}  p95 {:.3f}  mean {:.3f} m/s\n",
-      e.things, e.frames, e.tracks, e.false_tracks, e.position.median, e.position_p95,
-      e.position.mean, e.position_shown.median, e.position_ground.median, e.velocity.median,
-      e.velocity_p95, e.velocity.mean);
+      counted(e.things, "object"), counted(e.frames, "frame"), counted(e.tracks, "track"),
+      e.false_tracks, e.position.median, e.position_p95, e.position.mean, e.position_shown.median,
+      e.position_ground.median, e.velocity.median, e.velocity_p95, e.velocity.mean);
   return text +
          fmt::format(
              "  {} of {} found, {} missed, {} false, {} identity switches, class right {:.1f} %\n"

@@ -278,5 +278,19 @@ TEST(EvaluationReport, GivesTheSameFiguresAsTextAndAsJson) {
   EXPECT_NE(text.find("coverage 40/50 frames = 80.0 %"), std::string::npos) << text;
 }
 
+TEST(Evaluation, OfATruthWithoutRotationsHasNoRelativeErrors) {
+  Trajectory truth, estimate;
+  for (int i = 0; i < 60; ++i) {
+    const double t = i / 30.0;
+    truth.push_back({t, Pose(Eigen::Quaterniond::Identity(), {t, std::sin(t), t * t})});
+    estimate.push_back(
+        {t, Pose(so3_exp({0, 0.01 * t, 0}), truth.back().T_world_camera.translation())});
+  }
+  const Evaluation evaluation = evaluate_trajectory(truth, estimate, {});
+  EXPECT_TRUE(evaluation.only_positions) << "the camera turns by one degree only";
+  EXPECT_LT(evaluation.ate.translation.rmse, 1e-6);
+  EXPECT_TRUE(evaluation.rpe.pairs.empty());
+}
+
 }  // namespace
 }  // namespace stillmap

@@ -128,6 +128,16 @@ TEST_F(TrajectoryFile, MayBeUtf16) {
   EXPECT_EQ(read_trajectory(file_).size(), 1u);
 }
 
+TEST_F(TrajectoryFile, PositionsWithoutRotationsAreRead) {
+  write("timestamp,x,y,z\n1.5,1,2,3\n2.5,4,5,6\n");
+  const Trajectory read = read_trajectory(file_);
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[1].timestamp, 2.5);
+  EXPECT_LT(distance(read[1].T_world_camera, Pose(so3_exp({0, 0, 0}), {4, 5, 6})), 1e-12);
+  write("1 1 2 3 0 0 0 1\n2 4 5 6\n");
+  EXPECT_NE(error().find(":2: expected 8 numbers"), std::string::npos) << "a truncated line";
+}
+
 TEST_F(TrajectoryFile, MatricesOfReplicaAreAt30Hz) {
   write("1 0 0 5 0 0 -1 6 0 1 0 7 0 0 0 1\n1 0 0 5 0 1 0 6 0 0 1 8 0 0 0 1\n");
   const Trajectory read = read_trajectory(file_);

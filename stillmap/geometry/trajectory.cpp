@@ -24,9 +24,10 @@ namespace {
 /// stay exact.
 constexpr double kLargestNumber = 1e12;
 
-constexpr double kNanosecond = 1e-9;  // s
-constexpr double kSamePlace = 0.05;   // [m]; poses of one time that are nearer are one
-constexpr double kNormError = 0.1;    // of quaternions, as numbers of one digit have at most
+constexpr double kNanosecond = 1e-9;         // s
+constexpr double kSamePlace = 0.05;          // [m]; poses of one time that are nearer are one
+constexpr double kNormError = 0.1;           // of quaternions, as numbers of one digit have at most
+constexpr std::size_t kPositionNumbers = 4;  // of a line without a rotation
 constexpr std::size_t kTumNumbers = 8, kKittiNumbers = 12, kEurocNumbers = 17;
 constexpr std::size_t kMatrixNumbers = 16;  // of a pose of Replica in the version of NICE-SLAM
 constexpr double kMatrixRate = 30;          // rate of these poses [Hz]
@@ -60,6 +61,7 @@ std::vector<double> numbers_of(std::string line, const std::string& where) {
 struct PoseFormat {
   bool nanoseconds = false;
   bool scalar_first = false;
+  bool only_positions = false;  // all lines are timestamp tx ty tz
 };
 
 /// A line with a pose.
@@ -116,6 +118,9 @@ PoseFormat format_of(const std::string& heading, const std::vector<PoseLine>& li
         return !line.numbers.empty() && std::abs(line.numbers.front()) > kLargestNumber;
       });
   format.scalar_first = scalar_first_in(heading).value_or(format.nanoseconds && commas);
+  format.only_positions = std::all_of(lines.begin(), lines.end(), [](const PoseLine& line) {
+    return line.numbers.size() == kPositionNumbers;
+  });
   return format;
 }
 
@@ -147,6 +152,9 @@ StampedPose pose_of_arkit(const PoseLine& line) {
 StampedPose pose_of(const PoseLine& line, const PoseFormat& format) {
   const std::vector<double>& v = line.numbers;
   if (v.size() == kMatrixNumbers) return pose_of_matrix(line);
+  const double unit = format.nanoseconds ? kNanosecond : 1;
+  if (format.only_positions)
+    return {v[0] * unit, Pose(Eigen::Quaterniond::Identity(), {v[1], v[2], v[3]})};
   if (v.size() == kKittiNumbers) {
     throw Error("has 12 numbers, a pose in KITTI's format, which has no timestamp", line.where,
                 "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
@@ -166,8 +174,7 @@ StampedPose pose_of(const PoseLine& line, const PoseFormat& format) {
     throw Error(fmt::format("the quaternion has the norm {:.3g} instead of 1", q.norm()),
                 line.where, "write poses as timestamp tx ty tz qx qy qz qw");
   }
-  return {format.nanoseconds ? v[0] * kNanosecond : v[0],
-          Pose(q, Eigen::Vector3d(v[1], v[2], v[3]))};
+  return {v[0] * unit, Pose(q, Eigen::Vector3d(v[1], v[2], v[3]))};
 }
 
 /// Throws Error if a time has two poses that are far apart.

@@ -29,8 +29,9 @@ struct UncertainPose {
 /// a comment. With timestamps in nanoseconds (above 1e12) it reads the formats of EuRoC: separated
 /// by commas with qw first and more columns behind (its ground truth), or by blanks (ORB-SLAM3).
 /// Files *.traj have the format of ARKitScenes (time, then rotation vector and translation of
-/// T_camera_world); lines of 16 numbers are the matrices T_world_camera of Replica, at 30 Hz. The
-/// text is UTF-8 or UTF-16. The poses are sorted by timestamp. Lines with numbers that are not
+/// T_camera_world); lines of 16 numbers are the matrices T_world_camera of Replica, at 30 Hz. In a
+/// file of lines `timestamp tx ty tz` only, all rotations are the identity. The text is UTF-8 or
+/// UTF-16. The poses are sorted by timestamp. Lines with numbers that are not
 /// finite or with a zero quaternion are skipped, with a warning that counts them. Throws Error with
 /// file and line for an invalid line, such as one of KITTI's 12 numbers or a quaternion whose norm
 /// is off 1 by more than 0.1, and for a file that cannot be opened or contains no pose.

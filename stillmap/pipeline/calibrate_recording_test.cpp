@@ -137,13 +137,18 @@ TEST(CalibrateRecording, ACameraAtRestShowsNoIntrinsics) {
     EXPECT_EQ(find(report, key).verdict, CalibrationVerdict::kNotObservable) << key;
 }
 
+/// Returns the camera errors that a run with this camera finds.
+CameraErrors errors_with(const Rendered& recording, const Camera& given) {
+  SlamSystem slam(given, parameters_of(read_options("static")));
+  for (const RgbdFramePtr& frame : recording.frames) slam.push(frame);
+  return slam.finish().camera_errors;
+}
+
 /// Returns the focal length that fits the map of a run with focal lengths wrong by a factor.
 std::optional<double> fitting_focal_length(const Rendered& recording, double focal_factor) {
   Camera given = recording.camera;
   given.fx *= focal_factor, given.fy *= focal_factor;
-  SlamSystem slam(given, parameters_of(read_options("static")));
-  for (const RgbdFramePtr& frame : recording.frames) slam.push(frame);
-  return slam.finish().camera_errors.focal_length;
+  return errors_with(recording, given).focal_length;
 }
 
 TEST(CameraCheck, ARunTellsFocalLengthsThatAreWrongByFifteenPercent) {
@@ -156,6 +161,17 @@ TEST(CameraCheck, ARunTellsFocalLengthsThatAreWrongByFifteenPercent) {
     EXPECT_LT(std::abs(*fitting - recording.camera.fx),
               0.6 * std::abs(given - recording.camera.fx));
   }
+}
+
+TEST(CameraCheck, ARunTellsAPrincipalPointThatIsWrongByATenthOfTheWidth) {
+  const Rendered recording = rendered("rpy", 0);
+  EXPECT_FALSE(errors_with(recording, recording.camera).center);
+  Camera given = recording.camera;
+  given.cx += 32;
+  const auto center = errors_with(recording, given).center;
+  ASSERT_TRUE(center);
+  EXPECT_NEAR(center->x(), recording.camera.cx, 16);
+  EXPECT_NEAR(center->y(), recording.camera.cy, 8);
 }
 
 /// Returns the camera errors that a run finds.

@@ -5,6 +5,7 @@
 #include "stillmap/refine/map_bundle.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <vector>
 
@@ -12,7 +13,13 @@ namespace stillmap {
 namespace {
 
 /// Limits of the number of keyframes in use, and least number of observations.
-constexpr std::size_t kMinKeyframes = 5, kMaxKeyframes = 60, kMinObservations = 1000;
+constexpr std::size_t kMinKeyframes = 3, kMaxKeyframes = 60, kMinObservations = 500;
+/// The same for errors of three standard deviations.
+constexpr std::size_t kManyKeyframes = 5, kManyObservations = 1000;
+/// Standard deviations by which a single intrinsic parameter must be wrong. In pieces of good
+/// recordings, among them such with people and three keyframes, corrections of more than 4 % of the
+/// focal length are up to 3.5 standard deviations.
+constexpr double kCertainAlone = 5;
 
 /// Returns the keyframes of the largest component in creation order.
 std::vector<KeyframeId> main_keyframes(const Map& map) {
@@ -47,6 +54,20 @@ bool shows_wrong_focal_lengths(const Camera& given, const CameraCalibration& fou
          found.correction(kFx) * found.correction(kFy) > 0;
 }
 
+/// Returns whether a parameter, kFx to kCy, is wrong by so much that no other one needs to agree.
+bool is_wrong_alone(const Camera& given, const CameraCalibration& found, CameraParameter i) {
+  const double correction = found.correction(i), sigma = found.sigma(i);
+  return is_wrong_intrinsic(correction, sigma, given.fx) &&
+         std::abs(correction) > kCertainAlone * sigma;
+}
+
+/// Returns the focal length fx corrected by the ratio that the more certain of the two shows.
+double corrected_focal_length(const Camera& given, const CameraCalibration& found) {
+  const auto certainty = [&](int i) { return std::abs(found.correction(i)) / found.sigma(i); };
+  if (certainty(kFx) >= certainty(kFy)) return given.fx + found.correction(kFx);
+  return given.fx * (1 + found.correction(kFy) / given.fy);
+}
+
 }  // namespace
 
 CameraErrors camera_errors(const Map& map) {
@@ -57,10 +78,17 @@ CameraErrors camera_errors(const Map& map) {
       make_bundle(map, keyframes, keyframes.size(), shared_landmarks(map, keyframes));
   if (bundle.observations.size() < kMinObservations) return {};
   const CameraCalibration found = calibrate_camera(bundle.problem, AlikeErrors::kAssumed);
+  const Camera& given = map.camera();
+  const auto is_wrong = [&](CameraParameter i) { return is_wrong_alone(given, found, i); };
+  const bool many =
+      keyframes.size() >= kManyKeyframes && bundle.observations.size() >= kManyObservations;
   CameraErrors errors;
-  if (shows_wrong_focal_lengths(map.camera(), found))
-    errors.focal_length = map.camera().fx + found.correction(kFx);
-  if (shows_distances(found)) errors.disparity_bow = found.correction(kDisparityBow);
+  if ((many && shows_wrong_focal_lengths(given, found)) || is_wrong(kFx) || is_wrong(kFy))
+    errors.focal_length = corrected_focal_length(given, found);
+  if (is_wrong(kCx) || is_wrong(kCy))
+    errors.center =
+        Eigen::Vector2d(given.cx + found.correction(kCx), given.cy + found.correction(kCy));
+  if (many && shows_distances(found)) errors.disparity_bow = found.correction(kDisparityBow);
   return errors;
 }
 

@@ -10,15 +10,18 @@ namespace stillmap {
 /// nothing, also if it is too small to tell. The map was made with the wrong values, so an estimate
 /// makes up only half to nine tenths of the error.
 struct CameraErrors {
-  /// Focal length fx that fits the map best, if both focal lengths are wrong [pixels]: see
-  /// is_wrong_focal_length().
+  /// Focal length fx that fits the map best [pixels], if both focal lengths are wrong, see
+  /// is_wrong_focal_length(), or one by five standard deviations.
   std::optional<double> focal_length = std::nullopt;
+  /// Principal point that fits the map best [pixels], if one of its coordinates is wrong by 4 % of
+  /// the focal length and five standard deviations.
+  std::optional<Eigen::Vector2d> center = std::nullopt;
   /// Error of the disparity in the corners of the image [1/m]: see shows_distances().
   std::optional<double> disparity_bow = std::nullopt;
 };
 
 /// Returns the errors that calibrate_camera() finds from the first 60 keyframes of the largest
-/// component.
+/// component: from three keyframes on those of five standard deviations, from five on the others.
 CameraErrors camera_errors(const Map& map);
 
 }  // namespace stillmap

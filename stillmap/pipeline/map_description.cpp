@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/map_description.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/geometry/trimmed_box.hpp"
 #include "stillmap/map/map_file.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
@@ -93,8 +94,8 @@ std::string description_text(const MapDescription& d) {
   text += fmt::format("components  {}\n", d.components.size());
   for (std::size_t i = 0; i < d.components.size(); ++i) {
     const ComponentDescription& c = d.components[i];
-    text += fmt::format("  {:<9} {} keyframes, {} landmarks within {}\n", i, c.keyframes,
-                        c.landmarks, extent_text(c.extent));
+    text += fmt::format("  {:<9} {}, {} within {}\n", i, counted(c.keyframes, "keyframe"),
+                        counted(c.landmarks, "landmark"), extent_text(c.extent));
   }
   text += fmt::format("dense       {} views with {} pixels\n", d.views, d.view_pixels);
   return text;

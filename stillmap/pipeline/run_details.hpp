@@ -6,11 +6,19 @@
 #include "stillmap/sensor/frame_source.hpp"
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace stillmap {
+
+/// A saved map that a run started from.
+struct LoadedMap {
+  std::filesystem::path file;
+  bool extended = true;  ///< Whether the run added to the map; false: it only localized the camera.
+  double seconds = 0;    ///< Time taken to read the file [s].
+};
 
 /// All data of a run from which its findings and its files are made.
 struct RunDetails {
@@ -19,6 +27,7 @@ struct RunDetails {
   std::string detector;  ///< Description of the object detector; empty: none.
   bool detector_gives_boxes_only = false;
   std::optional<SavedMap> map;        ///< The map to be saved, with the views of the dense map.
+  std::optional<LoadedMap> loaded;    ///< The map that the run started from.
   std::vector<SkippedFrame> skipped;  ///< Frames that the source could not read.
   std::size_t frames = 0;             ///< Number of frames passed to the tracker.
   std::vector<double> dropped;        ///< Times of frames dropped because tracking was late [s].

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/run_findings.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/sensor/frame_check.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include <fmt/format.h>
@@ -33,17 +35,23 @@ double share(std::size_t part, std::size_t all) {
   return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : 0;
 }
 
+/// Returns whether a frame could not be used, other than one of a live camera that was not taken in
+/// time.
+bool is_unusable(const SkippedFrame& frame) { return frame.frame_lost && !frame.late; }
+
 /// Returns the most frequent reason for a frame without a pose.
-std::string main_reason(const SlamResult& result) {
+std::string main_reason(const RunDetails& record) {
+  const SlamResult& result = record.result;
   std::map<std::string, int> count;
   for (const FrameRecord& f : result.frames) {
     if (!f.reason.empty()) ++count[f.reason];
   }
   const auto most = std::max_element(
       count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (most == count.end())
-    return result.frames.empty() ? "no frame could be read" : "the run ended before its map began";
-  return most->first;
+  if (most != count.end()) return most->first;
+  const auto lost = std::find_if(record.skipped.begin(), record.skipped.end(), is_unusable);
+  if (lost != record.skipped.end()) return lost->reason;
+  return result.frames.empty() ? "no frame could be read" : "the run ended before its map began";
 }
 
 void add_coverage(const RunDetails& record, std::vector<Finding>& findings) {
@@ -63,22 +71,27 @@ void add_coverage(const RunDetails& record, std::vector<Finding>& findings) {
         {{"share", share(tracked, total)}}));
     return;
   }
+  const bool only_localized = record.loaded && !record.loaded->extended;
   findings.push_back(
       make_finding("low-coverage",
                    fmt::format("only {} of {} frames have a pose (most often: {})", tracked, total,
-                               main_reason(record.result)),
-                   "check the camera, its depth factor and the images with: stillmap doctor "
-                   "RECORDING",
+                               main_reason(record)),
+                   fmt::format("{}check the camera, its depth factor and the images with: stillmap "
+                               "doctor RECORDING",
+                               only_localized
+                                   ? "if the camera was in the place of the loaded map, "
+                                   : ""),
                    {{"share", share(tracked, total)}}));
 }
 
-/// Adds many unusable frames, except those of a live camera that were not taken in time.
+/// Adds many unusable frames.
 void add_unusable(const RunDetails& record, std::vector<Finding>& findings) {
-  const auto unusable = [](const SkippedFrame& s) { return s.frame_lost && !s.late; };
   const auto count = static_cast<std::size_t>(
-      std::count_if(record.skipped.begin(), record.skipped.end(), unusable));
-  if (!are_many_unusable(count, record.total_frames())) return;
-  const auto& first = *std::find_if(record.skipped.begin(), record.skipped.end(), unusable);
+      std::count_if(record.skipped.begin(), record.skipped.end(), is_unusable));
+  const auto& frames = record.result.frames;
+  const double begin = frames.empty() ? 0 : frames.front().timestamp;
+  if (!are_many_unusable(record.skipped, begin, record.total_frames())) return;
+  const auto& first = *std::find_if(record.skipped.begin(), record.skipped.end(), is_unusable);
   findings.push_back(make_finding(
       "unusable-frames",
       fmt::format("{} of {} frames of the recording could not be used; the first: {:.6f}: {}",
@@ -110,7 +123,10 @@ void add_gap(const RunDetails& record, std::vector<Finding>& findings) {
 }
 
 void add_uncertain(const RunDetails& record, std::vector<Finding>& findings) {
-  const std::size_t uncertain = frames_with(record.result, &FrameRecord::uncertain);
+  const auto& frames = record.result.frames;
+  const auto uncertain = static_cast<std::size_t>(
+      std::count_if(frames.begin(), frames.end(),
+                    [](const FrameRecord& f) { return f.has_pose() && f.uncertain; }));
   if (share(uncertain, record.result.tracked()) <= kMaxUncertain) return;
   findings.push_back(make_finding(
       "uncertain-poses",
@@ -173,7 +189,7 @@ void add_empty_cloud(const RunDetails& record, std::vector<Finding>& findings) {
   if (points >= kFewestPoints || (points > 0 && !some_frames)) return;
   findings.push_back(make_finding(
       "empty-dense-map",
-      "the dense map " + (points == 0 ? "is empty" : fmt::format("has only {} points", points)),
+      "the dense map " + (points == 0 ? "is empty" : "has only " + counted(points, "point")),
       "check dense.voxel, dense.max_depth, dense.stride and dense.excluded_classes, and the depth "
       "images",
       {{"points", static_cast<double>(points)}}));
@@ -201,6 +217,33 @@ void add_wrong_focal_length(const RunDetails& record, std::vector<Finding>& find
       {{"given_px", record.result.camera.fx}, {"fitting_px", *fitting}}));
 }
 
+/// Returns whether the principal point is far from the center of the images and would be near it
+/// with cx and cy exchanged.
+bool has_exchanged_center(const Camera& camera) {
+  constexpr double kNear = 0.05, kFar = 0.1;  // distances from the center [image widths]
+  const auto distance = [&](double x, double y) {
+    return std::hypot(x - camera.width / 2.0, y - camera.height / 2.0) / camera.width;
+  };
+  return distance(camera.cx, camera.cy) > kFar && distance(camera.cy, camera.cx) < kNear;
+}
+
+/// Adds a principal point that the map contradicts.
+void add_wrong_center(const RunDetails& record, std::vector<Finding>& findings) {
+  const Camera& camera = record.result.camera;
+  const auto& fitting = record.result.camera_errors.center;
+  if (!fitting || has_exchanged_center(camera)) return;
+  findings.push_back(make_finding(
+      "principal-point",
+      fmt::format("the principal point of the camera contradicts the map: ({:.0f}, {:.0f}) is "
+                  "given, and about ({:.0f}, {:.0f}) fits better, so the map is distorted",
+                  camera.cx, camera.cy, fitting->x(), fitting->y()),
+      "find the right one with: stillmap calibrate RECORDING",
+      {{"given_cx_px", camera.cx},
+       {"given_cy_px", camera.cy},
+       {"fitting_cx_px", fitting->x()},
+       {"fitting_cy_px", fitting->y()}}));
+}
+
 /// Adds depth images that hold distances from the camera.
 void add_distances(const RunDetails& record, std::vector<Finding>& findings) {
   constexpr double kExample = 2;  // [m]
@@ -226,6 +269,15 @@ void add_unlikely_camera(const Camera& camera, std::vector<Finding>& findings) {
   const double aspect = camera.fx / camera.fy, focal = camera.fx / camera.width;
   const double cx = camera.cx / camera.width, cy = camera.cy / camera.height;
   const auto central = [](double share) { return share > 0.25 && share < 0.75; };
+  if (has_exchanged_center(camera)) {
+    findings.push_back(make_finding(
+        "principal-point",
+        fmt::format("the principal point (cx {:g}, cy {:g}) is far from the center of the images "
+                    "of {} x {} pixels, and would be near it with cx and cy exchanged",
+                    camera.cx, camera.cy, camera.width, camera.height),
+        "exchange them in the camera file"));
+    return;
+  }
   const bool likely = aspect > 1 / kMostOblong && aspect < kMostOblong && central(cx) &&
                       central(cy) && focal > kShortestFocal && focal < kLongestFocal;
   if (likely) return;
@@ -264,11 +316,11 @@ bool needs_masks(const std::string& preset) {
 
 std::vector<Finding> run_findings(const RunDetails& run) {
   std::vector<Finding> findings;
+  add_masks(run, findings);  // a cause of the next ones
   add_coverage(run, findings);
   add_unusable(run, findings);
   add_gap(run, findings);
   add_uncertain(run, findings);
-  add_masks(run, findings);
   const SlamResult& result = run.result;
   if (result.carried_parts) findings.push_back(*result.carried_parts);
   if (result.maps > 1) {
@@ -282,6 +334,7 @@ std::vector<Finding> run_findings(const RunDetails& run) {
   }
   add_empty_cloud(run, findings);
   add_wrong_focal_length(run, findings);
+  add_wrong_center(run, findings);
   add_distances(run, findings);
   add_unlikely_camera(result.camera, findings);
   add_late_frames(run, findings);

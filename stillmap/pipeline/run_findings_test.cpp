@@ -8,6 +8,7 @@ namespace stillmap {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -46,6 +47,13 @@ TEST(RunFindings, FewFramesWithAPoseAreToldWithTheMainReason) {
   EXPECT_THAT(texts(record),
               ElementsAre(HasSubstr("4 of 10 frames have a pose (most often: too few keypoints)")));
   EXPECT_THAT(texts(RunDetails{}), ElementsAre(HasSubstr("0 of 0 frames")));
+  record.loaded = LoadedMap{.file = "office.map", .extended = false};
+  EXPECT_THAT(texts(record), ElementsAre(HasSubstr("if the camera was in the place of the")));
+  record = good_run();
+  record.skipped.resize(12, {.timestamp = 7, .reason = "rgb/7.png is damaged"});
+  EXPECT_THAT(
+      texts(record),
+      Contains(HasSubstr("10 of 22 frames have a pose (most often: rgb/7.png is damaged)")));
 }
 
 TEST(RunFindings, ALongGapOfTheTrajectoryIsTold) {
@@ -220,6 +228,29 @@ TEST(RunFindings, IntrinsicsThatHardlyAnyCameraHasAreTold) {
   told(&Camera::fy, 5240);
   told(&Camera::cx, 31.9);
   told(&Camera::cy, 479);
+}
+
+TEST(RunFindings, ExchangedCoordinatesOfThePrincipalPointAreTold) {
+  RunDetails record = good_run();
+  record.result.camera = {
+      .width = 640, .height = 480, .fx = 517, .fy = 516, .cx = 255.3, .cy = 318.6};
+  record.result.camera_errors.center = {320, 250};
+  EXPECT_THAT(texts(record), ElementsAre(HasSubstr("with cx and cy exchanged")));
+  record.result.camera.cx = 400;
+  EXPECT_THAT(texts(record), ElementsAre(HasSubstr("about (320, 250) fits better")));
+  record.result.camera_errors.center.reset();
+  EXPECT_THAT(texts(record), IsEmpty()) << "images cut out of larger ones";
+}
+
+TEST(RunFindings, AShortTimeWithoutDepthAtTheStartIsNone) {
+  RunDetails record = good_run();
+  const SkippedFrame skipped{.timestamp = 99.5, .reason = "no depth image, and none before"};
+  record.result.frames.front().timestamp = 100;
+  record.skipped.resize(9, skipped);
+  EXPECT_THAT(texts(record), IsEmpty());
+  record.skipped.front().timestamp = record.skipped.back().timestamp = 100.5;
+  record.skipped[1].timestamp = record.skipped[2].timestamp = 101;
+  EXPECT_THAT(texts(record), ElementsAre(HasSubstr("9 of 19 frames"))) << "four during the run";
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include "stillmap/base/error.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,43 +15,6 @@ namespace stillmap {
 namespace {
 
 using Model = LensDistortion::Model;
-
-// Names of ROS, and of librealsense, whose "modified" model has the same coefficients to first
-// order.
-std::optional<Model> model_named(const std::string& name) {
-  for (const char* brown : {"", "plumb_bob", "rational_polynomial", "thin_prism", "Brown Conrady",
-                            "Modified Brown Conrady"}) {
-    if (name == brown) return Model::kBrown;
-  }
-  if (name == "Inverse Brown Conrady") return Model::kInverseBrown;
-  for (const char* fisheye : {"equidistant", "fisheye", "Kannala Brandt4"}) {
-    if (name == fisheye) return Model::kFisheye;
-  }
-  return std::nullopt;
-}
-
-LensDistortion lens_of(const CameraInfoMessage& info) {
-  std::vector<double> coefficients = info.distortion;
-  while (!coefficients.empty() && coefficients.back() == 0) coefficients.pop_back();
-  if (coefficients.empty()) return {};
-  const auto model = model_named(info.distortion_model);
-  if (!model) {
-    throw Error(fmt::format("the distortion model '{}' is not known", info.distortion_model), "",
-                "give the camera of rectified images with --camera, or rectify the images");
-  }
-  // OpenCV takes 4, 5, 8, 12 or 14 coefficients of Brown's model, and 4 of the fisheye model.
-  for (const std::size_t size : {4, 5, 8, 12, 14}) {
-    if (coefficients.size() > size) continue;
-    coefficients.resize(size);
-    break;
-  }
-  if (coefficients.size() > 14 || (model == Model::kFisheye && coefficients.size() > 4) ||
-      (model == Model::kInverseBrown && coefficients.size() > 5)) {
-    throw Error(fmt::format("the camera has {} distortion coefficients", coefficients.size()), "",
-                "give the camera of rectified images with --camera, or rectify the images");
-  }
-  return {*model, std::move(coefficients)};
-}
 
 // Scales the intrinsics to pixels of `columns` x `rows` former pixels. Pixel (0, 0) is the center
 // of the first pixel, before and after.
@@ -88,6 +53,51 @@ SizedCamera with_settings(const RecordedCamera& full, const CameraInfoMessage& i
 
 }  // namespace
 
+// The "modified" model of librealsense has the same coefficients as Brown's to first order.
+std::optional<Model> lens_model(const std::string& name) {
+  std::string key;
+  const std::string_view prefix = "distortion.";
+  for (const char c : std::string_view(name).substr(name.starts_with(prefix) ? prefix.size() : 0)) {
+    if (c != ' ' && c != '_' && c != '-') key += static_cast<char>(std::tolower(c));
+  }
+  for (const char* brown :
+       {"", "none", "plumbbob", "rationalpolynomial", "thinprism", "brownconrady",
+        "modifiedbrownconrady", "radtan", "radialtangential", "pinhole", "rectified", "perspective",
+        "opencv", "simplepinhole", "simpleradial", "radial"}) {
+    if (key == brown) return Model::kBrown;
+  }
+  if (key == "inversebrownconrady") return Model::kInverseBrown;
+  for (const char* fisheye :
+       {"equidistant", "fisheye", "kannalabrandt4", "kannalabrandt8", "opencvfisheye"}) {
+    if (key == fisheye) return Model::kFisheye;
+  }
+  return std::nullopt;
+}
+
+LensDistortion lens_of(const std::string& model, std::vector<double> coefficients,
+                       const std::string& where) {
+  const char* rectify = "rectify the images, and give the camera of the rectified ones";
+  while (!coefficients.empty() && coefficients.back() == 0) coefficients.pop_back();
+  if (coefficients.empty()) return {};
+  const auto known = lens_model(model);
+  if (!known)
+    throw Error(fmt::format("the distortion model '{}' is not known", model), where, rectify);
+  const std::size_t most = *known == Model::kFisheye ? 4 : *known == Model::kInverseBrown ? 5 : 14;
+  if (coefficients.size() > most) {
+    throw Error(
+        fmt::format("the lens has {} distortion coefficients, and its model '{}' at most {}",
+                    coefficients.size(), model, most),
+        where, rectify);
+  }
+  // OpenCV takes 4, 5, 8, 12 or 14 coefficients of Brown's model, and 4 of the fisheye model.
+  for (const std::size_t size : {4, 5, 8, 12, 14}) {
+    if (coefficients.size() > size) continue;
+    coefficients.resize(size);
+    break;
+  }
+  return {*known, std::move(coefficients)};
+}
+
 std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rectified) {
   constexpr std::uint32_t kLargest = 16384;
   if (info.width > kLargest || info.height > kLargest)
@@ -107,7 +117,7 @@ std::optional<RecordedCamera> camera_of(const CameraInfoMessage& info, bool rect
   } else {
     const auto& k = info.intrinsics;
     camera.fx = k[0], camera.cx = k[2], camera.fy = k[4], camera.cy = k[5];
-    if (!rectified) camera.lens = lens_of(info);
+    if (!rectified) camera.lens = lens_of(info.distortion_model, info.distortion);
   }
   if (!(camera.fx > 0) || !(camera.fy > 0)) return std::nullopt;
   return camera;

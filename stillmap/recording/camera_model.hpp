@@ -22,6 +22,19 @@ struct LensDistortion {
   bool operator==(const LensDistortion&) const = default;
 };
 
+/// Returns the model of this name, as ROS, librealsense, OpenCV, Kalibr, ORB-SLAM, stella_vslam and
+/// nerfstudio write it, whatever its case and its separators: "plumb_bob", "KannalaBrandt8"; that
+/// of pinhole cameras is Brown's, as is the empty name. None for other names.
+std::optional<LensDistortion::Model> lens_model(const std::string& name);
+
+/// Returns a lens.
+/// @param model         name for lens_model()
+/// @param coefficients  in OpenCV's order; zeros at the end do not count
+/// Throws Error (naming `where`) for an unknown model with coefficients, and for more coefficients
+/// than the model has.
+LensDistortion lens_of(const std::string& model, std::vector<double> coefficients,
+                       const std::string& where = "");
+
 /// A camera as a recording describes it.
 struct RecordedCamera {
   int width = 0, height = 0;              ///< Image size [pixels].

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/recording/rgbd_streams.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/image_header.hpp"
 #include "stillmap/base/nearest_name.hpp"
@@ -251,7 +252,8 @@ std::string how_registered(const ImageStream& color, const ImageStream& depth) {
 // Sets the pose of the depth camera, or finds that the images are registered.
 void add_registration(Recording& recording, FrameTree& frames, RgbdStreams& streams) {
   const ImageStream &color = streams.color, &depth = streams.depth;
-  const std::string place = fmt::format("depth: {}, {} images, ", depth.name, depth.images.size());
+  const std::string place =
+      fmt::format("depth: {}, {}, ", depth.name, counted(depth.images.size(), "image"));
   streams.T_color_depth = realsense_extrinsics(recording, color.name, depth.name);
   if (!streams.T_color_depth) {
     const std::string registered = how_registered(color, depth);
@@ -328,7 +330,7 @@ void add_pair(Recording& recording, FrameTree& frames, RgbdStreams& streams) {
         "baseline, or record /tf_static");
   }
   streams.notes.push_back(
-      fmt::format("right images: {}, {} images", right.name, right.images.size()));
+      fmt::format("right images: {}, {}", right.name, counted(right.images.size(), "image")));
 }
 
 // Guesses the sensor by what drivers call their topics.
@@ -389,8 +391,8 @@ RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
   streams.depth_factor =
       1 / realsense_depth_unit(recording, streams.depth.name).value_or(1 / streams.depth_factor);
   streams.sensor = sensor_of(recording, streams);
-  streams.notes.push_back(fmt::format("color: {}, {} images, {} x {} {}, {:.3g} Hz",
-                                      streams.color.name, streams.color.images.size(),
+  streams.notes.push_back(fmt::format("color: {}, {}, {} x {} {}, {:.3g} Hz", streams.color.name,
+                                      counted(streams.color.images.size(), "image"),
                                       streams.color.width, streams.color.height,
                                       streams.color.encoding, streams.fps));
   if (streams.depth.is_depth()) {

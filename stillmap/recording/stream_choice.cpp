@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/recording/stream_choice.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/recording/name_text.hpp"
 
@@ -152,8 +153,9 @@ std::vector<std::string> other_cameras(std::vector<StreamPair> pairs, const Stre
     const StreamPair* next = best(pairs);
     if (next == nullptr) return notes;
     last = *next;
-    notes.push_back(fmt::format("another camera has {} images; to use it: --topics {},{}",
-                                last.frames(), last.color->name, last.depth->name));
+    notes.push_back(fmt::format("another camera has {}; to use it: --topics {},{}",
+                                counted(last.frames(), "image"), last.color->name,
+                                last.depth->name));
   }
 }
 

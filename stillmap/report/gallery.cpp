@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/gallery.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/report/frame_image.hpp"
 
 #include <algorithm>
@@ -25,8 +26,8 @@ void Gallery::record(const TrackedFrame& tracked) {
   std::string caption = fmt::format("frame {} at {:.2f} s: {} inlier landmarks", index,
                                     tracked.frame->timestamp(), tracked.inliers);
   if (const auto& masks = tracked.frame->instances) {
-    caption +=
-        fmt::format(", {} objects, masks {} frames old", masks->instances.size(), masks->age());
+    caption += fmt::format(", {}, masks {} old", counted(masks->instances.size(), "object"),
+                           counted(masks->age(), "frame"));
   }
   images_.push_back({draw_frame(tracked), caption});
 }

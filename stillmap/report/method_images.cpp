@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/method_images.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/report/cloud_image.hpp"
 #include "stillmap/report/image_marks.hpp"
@@ -136,9 +137,9 @@ cv::Mat draw_objects(const Frame& frame) {
   for (const Instance& instance : segmented.instances)
     write_name(image, instance, class_color(instance.class_name));
   const std::string when =
-      segmented.age() == 0 ? "in this frame" : fmt::format("{} frames before", segmented.age());
-  return captioned(image, fmt::format("frame {}: {} objects, detected {}", frame.index(),
-                                      segmented.instances.size(), when));
+      segmented.age() == 0 ? "in this frame" : counted(segmented.age(), "frame") + " before";
+  return captioned(image, fmt::format("frame {}: {}, detected {}", frame.index(),
+                                      counted(segmented.instances.size(), "object"), when));
 }
 
 cv::Mat draw_flow(const Frame& frame, const KeypointFlow& flow) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/report_charts.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/evaluate/statistics.hpp"
 #include "stillmap/report/chart.hpp"
 #include "stillmap/report/svg.hpp"
@@ -215,8 +216,8 @@ void draw_coverage(Svg& svg, const RunRecord& record, const ChartArea& area) {
     const double to = frames[std::min(last + 1, frames.size() - 1)].timestamp - start;
     const double x = area.px(from);
     svg.rectangle(x, area.top, std::max(1.5, area.px(to) - x), area.height, frames[first].outcome,
-                  fmt::format("{}: {} frames, {:.2f} to {:.2f} s", frames[first].outcome,
-                              last - first + 1, from, to));
+                  fmt::format("{}: {}, {:.2f} to {:.2f} s", frames[first].outcome,
+                              counted(last - first + 1, "frame"), from, to));
     first = last + 1;
   }
 }

@@ -130,7 +130,8 @@ std::string tiles(const RunRecord& record) {
   add_coverage_tile(record, tiles);
   add_speed_tiles(record, tiles);
   if (!result.keyframes.empty()) {
-    tiles.push_back({"Map", grouped(result.keyframes.size()), "keyframes",
+    const std::size_t count = result.keyframes.size();
+    tiles.push_back({"Map", grouped(count), count == 1 ? "keyframe" : "keyframes",
                      grouped(result.landmarks) + " landmarks"});
   }
   if (const std::size_t points = result.dense.cloud.size(); points > 0)

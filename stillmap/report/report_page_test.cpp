@@ -209,7 +209,7 @@ RunRecord late_record() {
 TEST(Report, DroppedFramesAreNoTrackedOnes) {
   const std::string html = report_html(late_record());
   EXPECT_THAT(html, HasSubstr("120 of 239 frames tracked, 119 dropped late"));
-  EXPECT_THAT(html, HasSubstr("<title>dropped: 1 frames, "));
+  EXPECT_THAT(html, HasSubstr("<title>dropped: 1 frame, "));
   EXPECT_THAT(html, HasSubstr("</i>dropped late</span>"));
   double green = 0;  // pixels of the strip, which is 900 wide
   const std::regex bar("width=\"([0-9.]+)\" height=\"26.0\"[^>]*class=\"tracked\"");
@@ -223,7 +223,7 @@ TEST(Report, DroppedFramesAreNoTrackedOnes) {
 TEST(Report, FramesThatALiveCameraLostAreDroppedOnes) {
   RunRecord record = full_record();
   record.skipped = {{.timestamp = 51.01, .reason = "dropped", .late = true}};
-  EXPECT_THAT(report_html(record), HasSubstr("dropped: 1 frames, 1.01 to"));
+  EXPECT_THAT(report_html(record), HasSubstr("dropped: 1 frame, 1.01 to"));
 }
 
 TEST(Report, TheTruthIsDrawnDuringTheRunOnly) {

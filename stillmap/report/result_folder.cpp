@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/result_folder.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_text.hpp"
@@ -268,7 +269,7 @@ std::string ResultFolder::written_text() const {
     if (!below) text += fmt::format("  {}\n", file.string());
   }
   for (const auto& [subfolder, files] : subfolders)
-    text += fmt::format("  {} ({} files)\n", subfolder.string(), files);
+    text += fmt::format("  {} ({})\n", subfolder.string(), counted(files, "file"));
   return text;
 }
 

@@ -239,8 +239,8 @@ TEST(RunSummary, CountsDepthImagesThatCouldNotBeReadApartFromFrames) {
   EXPECT_EQ(run_summary_json(record)["frames"]["depth_images_skipped"], 1);
   EXPECT_EQ(run_summary_json(record)["frames"]["uncertain_at"],
             nlohmann::json({record.result.frames[3].timestamp}));
-  EXPECT_THAT(run_summary_text(record), HasSubstr("1 frames skipped; the first: 1.0"));
-  EXPECT_THAT(run_summary_text(record), HasSubstr("1 depth images or their lines skipped"));
+  EXPECT_THAT(run_summary_text(record), HasSubstr("1 frame skipped; the first: 1.0"));
+  EXPECT_THAT(run_summary_text(record), HasSubstr("1 depth image skipped"));
 }
 
 TEST(RunSummary, NamesLibraryDeviceAndScheduleOfTheNetwork) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/run_record.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 
 #include <algorithm>
@@ -83,13 +84,15 @@ std::string load_shedding_text(const RunRecord& record) {
         static_cast<double>(record.frames) / static_cast<double>(record.result.segmented));
   }
   if (record.options.movers.enabled)
-    text += fmt::format("mover detection skipped in {} frames, ", less.frames_without_movers);
-  text += fmt::format("fewer keypoints in {} frames", less.frames_of_fewer_keypoints);
+    text += fmt::format("mover detection skipped in {}, ",
+                        counted(less.frames_without_movers, "frame"));
+  text += "fewer keypoints in " + counted(less.frames_of_fewer_keypoints, "frame");
   if (less.frames_of_fewer_keypoints > 0)
     text += fmt::format(" (at least {})", less.fewest_keypoints);
   if (less.frames_without_view > 0)
-    text += fmt::format(", {} keyframes left out of the dense map", less.frames_without_view);
-  return text + fmt::format(", {} frames dropped", record.dropped.size());
+    text += fmt::format(", {} left out of the dense map",
+                        counted(less.frames_without_view, "keyframe"));
+  return text + fmt::format(", {} dropped", counted(record.dropped.size(), "frame"));
 }
 
 }  // namespace
@@ -211,10 +214,10 @@ std::string skipped_text(const RunRecord& record) {
     const auto concerns = [&](const SkippedFrame& s) { return s.frame_lost == lost; };
     const auto first = std::find_if(record.skipped.begin(), record.skipped.end(), concerns);
     if (first == record.skipped.end()) continue;
-    text += fmt::format("{} {} skipped; the first: {:.6f}: {}\n",
-                        std::count_if(first, record.skipped.end(), concerns),
-                        lost ? "frames" : "depth images or their lines", first->timestamp,
-                        first->reason);
+    text += fmt::format("{} skipped; the first: {:.6f}: {}\n",
+                        counted(std::count_if(first, record.skipped.end(), concerns),
+                                lost ? "frame" : "depth image"),
+                        first->timestamp, first->reason);
   }
   return text;
 }
@@ -232,12 +235,12 @@ std::string shutter_text(const RunRecord& record) {
 
 std::string run_summary_text(const RunRecord& record) {
   const SlamResult& result = record.result;
-  std::string text = fmt::format("{}: {} of {} frames tracked ({}), {} keyframes, {} landmarks",
-                                 record.sequence, result.tracked(), record.total_frames(),
-                                 percent(result.tracked(), record.total_frames()),
-                                 result.keyframes.size(), result.landmarks);
+  std::string text = fmt::format(
+      "{}: {} of {} tracked ({}), {}, {}", record.sequence, result.tracked(),
+      counted(record.total_frames(), "frame"), percent(result.tracked(), record.total_frames()),
+      counted(result.keyframes.size(), "keyframe"), counted(result.landmarks, "landmark"));
   if (result.maps > 1) text += fmt::format(", {} unconnected maps", result.maps);
-  if (!result.movers.empty()) text += fmt::format(", {} movers", result.movers.size());
+  if (!result.movers.empty()) text += ", " + counted(result.movers.size(), "mover");
   if (const auto events = map_events_text(result); !events.empty()) text += "; " + events;
   text += fmt::format("\n{:.1f} frames/s overall, tracking {:.1f} ms (median), {:.0f} MiB peak\n",
                       record.frames_per_second(), record.tracking_median(), record.peak_memory_mib);

@@ -13,13 +13,6 @@
 
 namespace stillmap {
 
-/// A saved map that a run started from.
-struct LoadedMap {
-  std::filesystem::path file;
-  bool extended = true;  ///< Whether the run added to the map; false: it only localized the camera.
-  double seconds = 0;    ///< Time taken to read the file [s].
-};
-
 /// An event on the time line of a run: "lost", "new map", "loop closed", ...
 struct RunEvent {
   double timestamp = 0;  ///< Time of the event [s].
@@ -32,7 +25,6 @@ struct RunRecord : RunDetails {
   std::string sequence;             ///< Name of the sequence, for headings.
   std::string recording;            ///< Absolute path of the recording; empty if it is not known.
   std::string machine;              ///< Processor and number of cores.
-  std::optional<LoadedMap> loaded;  ///< The map that the run started from.
   std::optional<Trajectory> truth;  ///< True trajectory, T_world_camera.
   std::optional<Evaluation> evaluation;      ///< Errors against the truth.
   std::string evaluation_problem;            ///< Reason why there is no evaluation despite a truth.

@@ -49,10 +49,16 @@ Error cannot_load(const std::string& backend, const EngineOptions& options,
                   const std::exception& reason) {
   const bool cpu = options.device == "cpu";
   const std::string place = cpu ? "" : " on the device " + options.device;
-  return {fmt::format("the {} back end cannot load this network{}: {}", backend, place,
+  Names dynamic;
+  for (const auto& [name, size] : options.dynamic_dimensions) dynamic.push_back(name);
+  const std::string sizes =
+      dynamic.empty() ? ""
+                      : fmt::format(", whose sizes are dynamic ({})", fmt::join(dynamic, ", "));
+  return {fmt::format("the {} back end cannot load this network{}{}: {}", backend, sizes, place,
                       cause_in(reason.what())),
           options.model,
-          (cpu ? export_advice() : driver_advice(options.device)) + ", or choose another " +
+          (cpu ? export_advice() : driver_advice(options.device)) +
+              (dynamic.empty() ? "" : ", without dynamic=True") + ", or choose another " +
               (cpu ? "back end" : "device")};
 }
 

@@ -57,18 +57,56 @@ double share(const cv::Mat1b& pixels) {
   return cv::countNonZero(pixels) / static_cast<double>(pixels.total());
 }
 
+/// Returns the mean depth within `radius` of each pixel among those with depth in a region; 0
+/// without any.
+cv::Mat1f mean_depth(const cv::Mat1f& depth, const cv::Mat1b& region, int radius) {
+  const cv::Size window(2 * radius + 1, 2 * radius + 1);
+  const cv::Mat1b known = region & (depth > 0);
+  cv::Mat1f in_region = cv::Mat1f::zeros(depth.size()), sum, count;
+  depth.copyTo(in_region, known);
+  cv::boxFilter(in_region, sum, CV_32F, window);
+  cv::boxFilter(known / 255, count, CV_32F, window);
+  cv::Mat1f mean = sum / count;
+  mean.setTo(0, count <= 0);
+  return mean;
+}
+
+/// Returns the share of these pixels with depths on both sides where that of the region is the
+/// nearer one; 0 without any.
+double nearer_share(const cv::Mat1b& region, const cv::Mat1f& depth, const cv::Mat1b& pixels,
+                    int radius) {
+  const cv::Mat1f inside = mean_depth(depth, region, radius),
+                  outside = mean_depth(depth, ~region, radius);
+  const cv::Mat1b both = pixels & (inside > 0) & (outside > 0);
+  const int count = cv::countNonZero(both);
+  return count > 0 ? cv::countNonZero(both & (inside < outside)) / static_cast<double>(count) : 0;
+}
+
 }  // namespace
 
 void MaskAgreement::add(const cv::Mat1b& mask, const cv::Mat& depth) {
   if (depth.size() != mask.size()) return;
   const int radius = std::max(2, mask.cols / 53);  // 12 pixels of 640
-  const cv::Mat1b outlines = outlines_in(mask > 0, radius + 1);
+  const bool large = 2 * cv::countNonZero(mask) > static_cast<int>(mask.total());
+  const cv::Mat1b regions = large ? mask == 0 : mask > 0;
+  const cv::Mat1b outlines = outlines_in(regions, radius + 1);
   const int length = cv::countNonZero(outlines);
   if (length < kMinOutline || cv::countNonZero(depth) == 0) return;
   const cv::Mat1b jumps = jumps_within(depth, radius);
   ++masks_;
+  if (large) {
+    ++large_;
+    nearer_outside_ += nearer_share(regions, depth, outlines & jumps, radius);
+  }
   at_outlines_ += cv::countNonZero(jumps & outlines) / static_cast<double>(length);
   anywhere_ += share(jumps);
+}
+
+bool MaskAgreement::inverted() const {
+  constexpr double kNearlyAll = 0.9, kNearer = 0.7;
+  return masks_ >= kMinMasks &&
+         static_cast<double>(large_) > kNearlyAll * static_cast<double>(masks_) &&
+         nearer_outside_ > kNearer * static_cast<double>(large_);
 }
 
 std::optional<double> MaskAgreement::agreement() const {

@@ -24,9 +24,17 @@ class MaskAgreement {
   /// 640, 0 to 0.07 by 15 pixels; -0.02 to 0.22 with the masks of other moments.
   std::optional<double> agreement() const;
 
+  /// Returns whether the masks are inverted (0 where objects move): nearly all cover more than half
+  /// of their image, and where the depth jumps at their outlines, the other side is the nearer one.
+  /// Objects that fill the image are nearer than what is left of it. False before the outlines of
+  /// ten masks were counted.
+  bool inverted() const;
+
  private:
   std::size_t masks_ = 0;
   double at_outlines_ = 0, anywhere_ = 0;  // sums of the shares
+  std::size_t large_ = 0;                  // number of masks of more than half of their image
+  double nearer_outside_ = 0;              // sum of the shares of their outlines
 };
 
 }  // namespace stillmap

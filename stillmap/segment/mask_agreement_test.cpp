@@ -65,5 +65,27 @@ TEST(MaskAgreement, NothingIsToldFromFewMasksOrWithoutDepth) {
   EXPECT_EQ(blind.agreement(), std::nullopt);
 }
 
+/// Returns whether the masks that `mask_of` makes for twelve moments look inverted.
+template <typename MaskOf, typename DepthOf>
+bool inverted(MaskOf&& mask_of, DepthOf&& depth_of) {
+  MaskAgreement agreement;
+  for (int moment = 0; moment < 12; ++moment) agreement.add(mask_of(moment), depth_of(moment));
+  EXPECT_GT(agreement.agreement().value_or(1), 0.9) << "the outlines are right";
+  return agreement.inverted();
+}
+
+TEST(MaskAgreement, MasksOfAllButPeopleAreInverted) {
+  const auto all_but = [](int moment) { return cv::Mat1b(~person(moment)); };
+  EXPECT_TRUE(inverted(all_but, depth));
+  EXPECT_FALSE(inverted(person, depth));
+  // A crowd in front of a wall that is seen through one gap.
+  const auto crowd_depth = [&](int moment) {
+    cv::Mat1f result(kSize, 1.5F);
+    result.setTo(3.F, person(moment));
+    return result;
+  };
+  EXPECT_FALSE(inverted(all_but, crowd_depth));
+}
+
 }  // namespace
 }  // namespace stillmap

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/mask_folder.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/number.hpp"
 #include "stillmap/base/statistics.hpp"
@@ -174,6 +175,15 @@ std::vector<Instance> MaskFolder::detect(const RgbdFrame& frame) {
 }
 
 std::optional<Finding> MaskFolder::finding() const {
+  if (agreement_.inverted()) {
+    return make_finding(
+        "masks-inverted",
+        fmt::format("the masks in {} look inverted: most of each image is not 0 in them, and what "
+                    "is 0 stands in front of it",
+                    folder_.string()),
+        "write 0 for what is static and 255 for people (mogrify -negate *.png in a copy of the "
+        "folder inverts them)");
+  }
   const std::optional<double> agreement = agreement_.agreement();
   if (!agreement || *agreement >= kLeastAgreement) return std::nullopt;
   return make_finding(
@@ -187,15 +197,16 @@ std::optional<Finding> MaskFolder::finding() const {
 }
 
 std::string MaskFolder::description() const {
-  return fmt::format("masks from {} ({} files, by {})", folder_.string(), entries_.size(),
+  return fmt::format("masks from {} ({}, by {})", folder_.string(),
+                     counted(entries_.size(), "file"),
                      stamped_ ? "name or timestamp" : "name or order");
 }
 
 std::string MaskFolder::skipped() const {
   if (missing_ + unusable_ == 0) return {};
-  std::string text = fmt::format("{} frames without a mask", missing_);
+  std::string text = counted(missing_, "frame") + " without a mask";
   if (unusable_ > 0)
-    text += fmt::format(", {} unusable masks; the first: {}", unusable_, first_problem_);
+    text += fmt::format(", {}; the first: {}", counted(unusable_, "unusable mask"), first_problem_);
   return text;
 }
 

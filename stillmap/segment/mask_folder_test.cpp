@@ -95,10 +95,12 @@ TEST_F(MaskFolderTest, WhatOtherFormatsCanOnlyMeanIsRead) {
   cv::cvtColor(gray, alpha, cv::COLOR_GRAY2BGRA);
   gray.convertTo(sixteen, CV_16U);
   gray.convertTo(stretched, CV_16U, 257);
-  cv::Mat large;
+  cv::Mat large, small, colored = cv::Mat::zeros(gray.size(), CV_8UC3);
   cv::resize(gray, large, {}, 3, 3, cv::INTER_NEAREST);
+  cv::resize(gray, small, {}, 0.5, 0.5, cv::INTER_NEAREST);
+  colored.setTo(cv::Scalar(30, 0, 255), gray > 0);
   int number = 1;
-  for (const cv::Mat& image : {three, alpha, sixteen, stretched, large})
+  for (const cv::Mat& image : {three, alpha, sixteen, stretched, large, small, colored})
     cv::imwrite((folder / fmt::format("{}.png", number++)).string(), image);
   MaskFolder masks(folder);
   for (int i = 0; i < number; ++i) {
@@ -107,6 +109,34 @@ TEST_F(MaskFolderTest, WhatOtherFormatsCanOnlyMeanIsRead) {
     EXPECT_EQ(found[0].box, cv::Rect(4, 10, 8, 8)) << i;
     EXPECT_EQ(found[0].class_name, "unknown") << i;
   }
+}
+
+TEST_F(MaskFolderTest, ColorsOfWhichNoneIsBlackAreNoMask) {
+  cv::Mat viridis(30, 40, CV_8UC3, cv::Scalar(84, 1, 68));
+  viridis(cv::Rect(4, 10, 8, 8)) = cv::Scalar(37, 231, 253);
+  cv::imwrite((folder / "1.png").string(), viridis);
+  viridis(cv::Rect(20, 0, 20, 30)) = cv::Scalar(0, 0, 0);
+  cv::imwrite((folder / "2.png").string(), viridis);
+  MaskFolder masks(folder);
+  for (const char* name : {"1", "2"}) EXPECT_TRUE(masks.detect(named_frame(name, 0)).empty());
+  EXPECT_THAT(masks.skipped(), testing::HasSubstr("2 unusable masks; the first: 1.png has colors"));
+}
+
+TEST_F(MaskFolderTest, InvertedMasksAreToldAsSuch) {
+  for (int i = 0; i < 50; ++i) {
+    cv::Mat1b mask(240, 320, 255);
+    cv::ellipse(mask, {60 + 4 * i, 120}, {25, 80}, 0, 0, 360, 0, cv::FILLED);
+    cv::imwrite((folder / fmt::format("{}.png", i)).string(), mask);
+  }
+  MaskFolder masks(folder);
+  for (int i = 0; i < 50; ++i) {
+    RgbdFrame seen = named_frame(std::to_string(i), i);
+    seen.gray = cv::Mat1b::zeros(240, 320);
+    seen.depth = cv::Mat1f(240, 320, 3.F);
+    cv::ellipse(seen.depth, {60 + 4 * i, 120}, {25, 80}, 0, 0, 360, 1.5, cv::FILLED);
+    masks.detect(seen);
+  }
+  EXPECT_THAT(masks.doubt(), testing::HasSubstr("look inverted"));
 }
 
 TEST_F(MaskFolderTest, WhatCannotBeUsedIsNamed) {

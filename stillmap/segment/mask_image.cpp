@@ -15,17 +15,35 @@
 namespace stillmap {
 namespace {
 
-constexpr int kMostReduced = 8;  // Largest ratio of the sizes of a mask and its frame.
+// Largest ratios of the sizes of a mask and its frame. Networks give masks of a quarter of the
+// image's size.
+constexpr int kMostReduced = 8, kMostEnlarged = 4;
+constexpr int kOther = 128;  // Value of a moving object that is no person.
 
 bool has_shape_of(const cv::Size& mask, const cv::Size& frame) {
   const auto other_width = std::int64_t{mask.width} * frame.height / std::max(mask.height, 1);
-  return std::abs(other_width - frame.width) <= 1 && mask.width >= frame.width &&
-         mask.height >= frame.height && mask.width <= kMostReduced * frame.width;
+  return std::abs(other_width - frame.width) <= 1 && mask.width <= kMostReduced * frame.width &&
+         frame.width <= kMostEnlarged * mask.width;
 }
 
 bool are_equal(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; }
 
-/// Returns the gray channel; an empty image if the color channels differ or alpha is not opaque.
+/// Returns the pixels of the only color beside black, with the value kOther; an empty image if
+/// there is no black or more than one other color.
+cv::Mat one_color_of(const std::vector<cv::Mat>& channels) {
+  cv::Mat colored = cv::Mat::zeros(channels.front().size(), CV_8U);
+  for (const cv::Mat& channel : channels) colored |= channel > 0;
+  if (cv::countNonZero(colored == 0) == 0) return {};
+  for (const cv::Mat& channel : channels) {
+    double low = 0, high = 0;
+    cv::minMaxLoc(channel, &low, &high, nullptr, nullptr, colored);
+    if (low < high) return {};
+  }
+  return colored & kOther;
+}
+
+/// Returns the gray channel, or the pixels of the only color beside black; an empty image if there
+/// are more colors or alpha is not opaque.
 cv::Mat gray_of(const cv::Mat& image) {
   std::vector<cv::Mat> channels;
   cv::split(image, channels);
@@ -35,7 +53,7 @@ cv::Mat gray_of(const cv::Mat& image) {
     channels.pop_back();
   }
   for (const cv::Mat& channel : channels) {
-    if (!are_equal(channel, channels.front())) return {};
+    if (!are_equal(channel, channels.front())) return one_color_of(channels);
   }
   return channels.front();
 }

@@ -154,7 +154,7 @@ OnnxInfo parse_model(std::string_view bytes) {
   return info;
 }
 
-/// Parser for a Python dict of int to str.
+/// Parser for a Python dict of int to str, the same in JSON, or a list of str.
 class DictReader {
  public:
   explicit DictReader(std::string_view text) : rest_(text) {}
@@ -173,6 +173,12 @@ class DictReader {
     if (error != std::errc{}) return std::nullopt;
     rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
     return value;
+  }
+  /// Returns an integer, which JSON puts into quotes.
+  std::optional<int> key() {
+    const bool is_quoted = accept('"');
+    const auto value = integer();
+    return is_quoted && !accept('"') ? std::nullopt : value;
   }
   std::optional<std::string> quoted() {
     const char quote = accept('\'') ? '\'' : accept('"') ? '"' : '\0';
@@ -244,16 +250,18 @@ std::vector<std::string> parse_class_names(std::string_view dict) {
   constexpr int kMostClasses = 100000;  // Larger ids are treated as invalid.
   DictReader reader(dict);
   std::map<int, std::string> names;
-  if (!reader.accept('{')) return {};
-  bool more = !reader.accept('}');
+  const bool is_list = reader.accept('[');
+  if (!is_list && !reader.accept('{')) return {};
+  const char end = is_list ? ']' : '}';
+  bool more = !reader.accept(end);
   while (more) {
-    const auto id = reader.integer();
-    if (!id || *id < 0 || *id > kMostClasses || !reader.accept(':')) return {};
+    const auto id = is_list ? std::optional(static_cast<int>(names.size())) : reader.key();
+    if (!id || *id < 0 || *id > kMostClasses || (!is_list && !reader.accept(':'))) return {};
     const auto name = reader.quoted();
     if (!name) return {};
     names[*id] = field_text(*name);
     reader.accept(',');
-    more = !reader.accept('}');
+    more = !reader.accept(end);
   }
   return list_of(names);
 }

@@ -41,8 +41,8 @@ inline constexpr std::uintmax_t kLargestNetwork = std::uintmax_t{2} << 30;
 OnnxInfo read_onnx(const std::filesystem::path& file);
 
 /// Parses the class list in the metadata of Ultralytics, a Python dict of int to str such as {0:
-/// 'person', 1: "driver's cab"}. Control characters and commas become blanks. Missing ids get the
-/// name "class <id>". Returns an empty list for other texts.
+/// 'person', 1: "driver's cab"}, the same as JSON, or a list of str. Control characters and commas
+/// become blanks. Missing ids get the name "class <id>". Returns an empty list for other texts.
 std::vector<std::string> parse_class_names(std::string_view dict);
 
 /// Returns the advice for all errors about unsuitable networks.

@@ -97,6 +97,9 @@ TEST(ParseClassNames, ReadsPythonDicts) {
   EXPECT_THAT(parse_class_names(R"({0:"driver's cab",1:'a\'b', 2: 'x, y: {z}',})"),
               ElementsAre("driver's cab", "a'b", "x  y: {z}"));
   EXPECT_THAT(parse_class_names("{2: 'c', 0: 'a'}"), ElementsAre("a", "class 1", "c"));
+  EXPECT_THAT(parse_class_names(R"({"0": "person", "1": "bicycle"})"),
+              ElementsAre("person", "bicycle"));
+  EXPECT_THAT(parse_class_names("['person', 'bicycle']"), ElementsAre("person", "bicycle"));
 }
 
 TEST(ParseClassNames, SeparatorsOfLinesAndColumnsBecomeBlanks) {
@@ -105,7 +108,7 @@ TEST(ParseClassNames, SeparatorsOfLinesAndColumnsBecomeBlanks) {
 }
 
 TEST(ParseClassNames, OtherTextsGiveNothing) {
-  for (const char* text : {"", "{", "{}", "{0: person}", "{0 'person'}", "['person']",
+  for (const char* text : {"", "{", "{}", "{0: person}", "{0 'person'}", "['person'", "[",
                            "{0: 'person", "{-1: 'x'}", "{99999999999: 'x'}", "{0: 'a'"}) {
     EXPECT_THAT(parse_class_names(text), IsEmpty()) << text;
   }

@@ -73,6 +73,13 @@ TEST_F(OnnxRuntime, FixesDynamicSizes) {
   EXPECT_THROW(make_onnxruntime_engine(options)->run(), std::runtime_error);
 }
 
+TEST_F(OnnxRuntime, AnErrorOfABackEndNamesDynamicSizes) {
+  write_file(file, test::tiny_model("Unheard", {1, 3, -1, -1}, {1, 3, -1, -1}));
+  options.dynamic_dimensions = {{"open", 2}};
+  EXPECT_THAT(error_of("opencv", "cpu"), AllOf(HasSubstr("whose sizes are dynamic (open)"),
+                                               HasSubstr("without dynamic=True")));
+}
+
 TEST_F(OnnxRuntime, NamesItsVersionAndTheDevice) {
   if (missing()) GTEST_SKIP() << "no ONNX Runtime";
   const ChosenEngine chosen = choose_engine("onnxruntime", options);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/yolo_detector.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/segment/coco.hpp"
@@ -192,8 +193,7 @@ std::string YoloDetector::description() const {
                                  std::filesystem::path(options_.model).filename().string(),
                                  segments() ? "masks" : "boxes", class_names_.size(), size.width,
                                  size.height, engine_.engine->name().text());
-  if (engine_.device == "cpu")
-    text += fmt::format(", {} thread{}", options_.threads, options_.threads == 1 ? "" : "s");
+  if (engine_.device == "cpu") text += ", " + counted(options_.threads, "thread");
   return engine_.reason.empty() ? text : text + "; faster devices: " + engine_.reason;
 }
 

@@ -6,6 +6,7 @@
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/sensor/camera_formats.hpp"
 #include "stillmap/sensor/camera_values.hpp"
+#include "stillmap/sensor/lens.hpp"
 #include "stillmap/sensor/printable.hpp"
 
 #include <algorithm>
@@ -74,8 +75,30 @@ std::string preset_name(const std::string& name) {
   return name;
 }
 
+/// Returns the distortion of a camera, to whose lens Brown's model with five coefficients is fitted
+/// if it has another one. Throws Error (naming `where`) if that differs by more than a fraction of
+/// the error of a keypoint.
+Eigen::Matrix<double, 5, 1> distortion_of(const FileCamera& camera, const std::string& where) {
+  constexpr double kLargestError = 0.25;  // pixels
+  const auto& [model, coefficients] = camera.lens;
+  Eigen::Matrix<double, 5, 1> distortion = Eigen::Matrix<double, 5, 1>::Zero();
+  if (model == LensDistortion::Model::kBrown && coefficients.size() <= 5) {
+    std::copy(coefficients.begin(), coefficients.end(), distortion.begin());
+    return distortion;
+  }
+  const BrownFit fit = fit_brown(camera, camera.lens);
+  if (fit.error <= kLargestError) return fit.coefficients;
+  const char* name = model == LensDistortion::Model::kFisheye        ? "fisheye"
+                     : model == LensDistortion::Model::kInverseBrown ? "inverse"
+                                                                     : "rational";
+  throw Error(fmt::format("the lens has a {} model, from which Brown's with k1 k2 p1 p2 k3 differs "
+                          "by {:.2g} pixels; at most {:g} are accepted",
+                          name, fit.error, kLargestError),
+              where, "rectify the images, and give the camera of the rectified ones");
+}
+
 Camera camera_in(const fs::path& file, const ImageSize& image_size) {
-  Camera camera;
+  FileCamera camera;
   try {
     camera = read_camera_format(file);
   } catch (const YAML::Exception& e) {
@@ -92,6 +115,8 @@ Camera camera_in(const fs::path& file, const ImageSize& image_size) {
     }
     camera.width = size->width, camera.height = size->height;
   }
+  check_camera(camera, file.string());
+  camera.distortion = distortion_of(camera, file.string());
   check_camera(camera, file.string());
   return camera;
 }

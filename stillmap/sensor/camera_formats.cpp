@@ -23,13 +23,12 @@ namespace fs = std::filesystem;
 
 /// Depth factor of files that contain none [1/m]: most drivers write millimeters.
 constexpr double kMillimeters = 1000;
-constexpr const char* kRectify = "rectify the images to a pinhole camera first";
 
 // ---- parts of several formats
 
 /// Returns a camera without intrinsics; its size is 0 if the file has none of these keys.
-Camera camera_of_size(const CameraValues& values, const Keys& width, const Keys& height) {
-  Camera camera;
+FileCamera camera_of_size(const CameraValues& values, const Keys& width, const Keys& height) {
+  FileCamera camera;
   camera.width = camera.height = 0;
   if (!values.has(width) && !values.has(height)) return camera;
   camera.width = values.whole(width);
@@ -52,33 +51,41 @@ void set_intrinsics(Camera& camera, const CameraValues& values, const std::strin
                  values.number({prefix + "cx"}), values.number({prefix + "cy"}));
 }
 
-/// Sets the distortion from the keys k1, k2, p1, p2 and k3 with a prefix; missing ones are 0.
-void set_distortion(Camera& camera, const CameraValues& values, const std::string& prefix) {
-  int i = 0;
-  for (const char* key : {"k1", "k2", "p1", "p2", "k3"})
-    camera.distortion(i++) = values.number_or({prefix + key}, 0);
+/// Returns the text of a key; empty if the file does not have it.
+std::string text_or_none(const CameraValues& values, const std::string& key) {
+  return values.has({key}) ? values.text(key) : "";
 }
 
-/// Sets up to five coefficients of Brown's model.
-void set_distortion_list(Camera& camera, const CameraValues& values, const std::string& key) {
-  const std::vector<double> list = values.matrix(key, 0);
-  const auto five = std::min<std::size_t>(5, list.size());
-  if (std::any_of(list.begin() + static_cast<std::ptrdiff_t>(five), list.end(),
-                  [](double value) { return value != 0; })) {
-    throw Error("has more than 5 distortion coefficients", values.where(key),
-                "rectify the images first and give the camera of the rectified images");
-  }
-  std::copy_n(list.begin(), five, camera.distortion.begin());
-}
-
-/// Throws Error if the key exists and names an unsupported model.
-void require_model(const CameraValues& values, const std::string& key, const Keys& supported,
-                   const std::string& fix = kRectify) {
-  if (!values.has({key})) return;
-  const std::string model = values.text(key);
-  if (std::find(supported.begin(), supported.end(), model) != supported.end()) return;
+/// Throws Error if the key names an unknown model of cameras.
+void require_model(const CameraValues& values, const std::string& key) {
+  const std::string model = text_or_none(values, key);
+  if (lens_model(model)) return;
   throw Error(fmt::format("the camera model '{}' is not supported", printable(model)),
-              values.where(key), fix);
+              values.where(key),
+              "rectify the images to a pinhole camera first and give its parameters");
+}
+
+/// Returns the lens with the coefficients k1, k2, p1, p2 and k3 to k6 with a prefix, of which
+/// missing ones are 0, or of k1, which is needed, to k4 of a fisheye model.
+LensDistortion lens_by_keys(const CameraValues& values, const std::string& model,
+                            const std::string& prefix) {
+  std::vector<double> coefficients;
+  if (lens_model(model) == LensDistortion::Model::kFisheye) {
+    coefficients.push_back(values.number({prefix + "k1"}));
+    for (const char* key : {"k2", "k3", "k4"})
+      coefficients.push_back(values.number_or({prefix + key}, 0));
+  } else {
+    for (const char* key : {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"})
+      coefficients.push_back(values.number_or({prefix + key}, 0));
+  }
+  return lens_of(printable(model), coefficients, values.file().string());
+}
+
+/// Returns the lens with the coefficients of a list, if there is one.
+LensDistortion lens_of_list(const CameraValues& values, const std::string& model,
+                            const std::string& key) {
+  if (!values.has({key})) return {};
+  return lens_of(printable(model), values.matrix(key, 0), values.where(key));
 }
 
 // ---- our own format
@@ -117,9 +124,9 @@ DepthSensor sensor_of(const CameraValues& values, const Camera& camera) {
   return depth_sensor_of(name, camera.fx, values.number_or({"baseline"}, camera.baseline));
 }
 
-Camera from_our_own(const CameraValues& values) {
+FileCamera from_our_own(const CameraValues& values) {
   refuse_unknown_keys(values);
-  Camera camera;
+  FileCamera camera;
   camera.width = values.whole({"width"});
   camera.height = values.whole({"height"});
   set_intrinsics(camera, values, "");
@@ -136,14 +143,8 @@ Camera from_our_own(const CameraValues& values) {
                            .bow = values.number_or({"disparity_bow"}, 0)};
   if (values.has({"ignore"})) camera.ignore = values.file().parent_path() / values.text("ignore");
   if (values.has({"name"})) camera.name = values.text("name");
-  if (values.has({"distortion"})) {
-    const auto list = values.numbers("distortion");
-    if (list.size() > 5) {
-      throw Error(fmt::format("expected at most 5 numbers, found {}", list.size()),
-                  values.where("distortion"), "write it as [k1, k2, p1, p2, k3]");
-    }
-    std::copy(list.begin(), list.end(), camera.distortion.begin());
-  }
+  if (values.has({"distortion"}))
+    camera.lens = lens_of("", values.numbers("distortion"), values.where("distortion"));
   return camera;
 }
 
@@ -157,18 +158,18 @@ bool is_settings_file(const CameraValues& values) {
 
 /// ORB-SLAM2 and 3 write Camera.fx or Camera1.fx; OpenVSLAM and stella_vslam write fx below Camera
 /// or Camera.fx, with other names for the size, the baseline and the depth factor.
-Camera from_settings(const CameraValues& values) {
-  const char* rectify = "rectify the images to a pinhole camera first and give its parameters";
-  require_model(values, "Camera.type", {"PinHole", "Rectified"}, rectify);
-  require_model(values, "Camera.model", {"perspective"}, rectify);
+FileCamera from_settings(const CameraValues& values) {
+  const std::string model_key = values.has({"Camera.type"}) ? "Camera.type" : "Camera.model";
+  require_model(values, model_key);
   const auto names = [](const std::string& key) -> Keys {
     return {"Camera." + key, "Camera1." + key};
   };
-  Camera camera =
+  FileCamera camera =
       camera_of_size(values, {"Camera.width", "Camera.cols"}, {"Camera.height", "Camera.rows"});
   set_intrinsics(camera, values.number(names("fx")), values.number(names("fy")),
                  values.number(names("cx")), values.number(names("cy")));
-  set_distortion(camera, values, values.has({"Camera1.fx"}) ? "Camera1." : "Camera.");
+  camera.lens = lens_by_keys(values, text_or_none(values, model_key),
+                             values.has({"Camera1.fx"}) ? "Camera1." : "Camera.");
   camera.fps = values.number_or({"Camera.fps"}, camera.fps);
   camera.depth_factor = values.number({"DepthMapFactor", "RGBD.DepthMapFactor",
                                        "Preprocessing.depthmap_factor", "depthmap_factor"});
@@ -188,10 +189,10 @@ const Keys kMatrix{"cameramatrix", "k", "m1", "mtx"},
 
 /// Returns a camera with the size from the two keys of camera_calibration, RTAB-Map and OpenCV's
 /// sample, from those of a printed message, or from the list that FileStorage writes for cv::Size.
-Camera camera_of_matrix_size(const CameraValues& values) {
+FileCamera camera_of_matrix_size(const CameraValues& values) {
   if (const auto size = values.find_alike({"imagesize", "size"})) {
     const auto numbers = values.matrix(*size, 2);
-    Camera camera;
+    FileCamera camera;
     set_size(camera, numbers[0], numbers[1]);
     return camera;
   }
@@ -203,21 +204,19 @@ Camera camera_of_matrix_size(const CameraValues& values) {
 /// The matrix belongs to the images as recorded; rectification_matrix and projection_matrix belong
 /// to a stereo pair. Old files of RTAB-Map have a camera_matrix that is truncated from 3 x 4
 /// numbers: it ends with 0, and the projection matrix has the right values.
-Camera from_matrix(const CameraValues& values) {
-  Camera camera = camera_of_matrix_size(values);
+FileCamera from_matrix(const CameraValues& values) {
+  FileCamera camera = camera_of_matrix_size(values);
   const auto k = values.matrix(*values.find_alike(kMatrix), 9);
   set_intrinsics(camera, k[0], k[4], k[2], k[5]);
   if (const auto key = values.find_alike(kProjection); key && k[8] == 0) {
     const auto p = values.matrix(*key, 12);
     set_intrinsics(camera, p[0], p[5], p[2], p[6]);
   }
-  if (const auto key = values.find_alike(kDistortion)) set_distortion_list(camera, values, *key);
-  if (camera.distorted()) {
-    for (const char* key : {"distortion_model", "camera_model"})
-      require_model(values, key, {"plumb_bob", "rational_polynomial", "pinhole"});
-    if (values.number_or({"fisheye_model"}, 0) != 0)
-      throw Error("a fisheye model is not supported", values.where("fisheye_model"), kRectify);
-  }
+  std::string model =
+      text_or_none(values, values.has({"distortion_model"}) ? "distortion_model" : "camera_model");
+  if (values.number_or({"fisheye_model"}, 0) != 0) model = "fisheye";
+  if (const auto key = values.find_alike(kDistortion))
+    camera.lens = lens_of_list(values, model, *key);
   camera.depth_factor = values.number_or({"depth_factor"}, kMillimeters);
   return camera;
 }
@@ -226,9 +225,9 @@ Camera from_matrix(const CameraValues& values) {
 
 /// PinholeCameraIntrinsic of Open3D, alone or in PinholeCameraParameters: the matrix is
 /// column-major, but often row-major if written by hand.
-Camera from_open3d(const CameraValues& values) {
+FileCamera from_open3d(const CameraValues& values) {
   const std::string group = values.has({"intrinsic.intrinsic_matrix"}) ? "intrinsic." : "";
-  Camera camera = camera_of_size(values, {group + "width"}, {group + "height"});
+  FileCamera camera = camera_of_size(values, {group + "width"}, {group + "height"});
   const auto k = values.matrix(group + "intrinsic_matrix", 9);
   const bool by_rows = k[6] == 0 && k[7] == 0;
   set_intrinsics(camera, k[0], k[4], k[by_rows ? 2 : 6], k[by_rows ? 5 : 7]);
@@ -236,19 +235,12 @@ Camera from_open3d(const CameraValues& values) {
   return camera;
 }
 
-/// rs2_intrinsics of librealsense, as scripts write them. The coefficients may belong to another
-/// model than Brown's, such as its inverse.
-Camera from_realsense(const CameraValues& values) {
-  Camera camera = camera_of_size(values, {"width"}, {"height"});
+/// rs2_intrinsics of librealsense, as scripts write them.
+FileCamera from_realsense(const CameraValues& values) {
+  FileCamera camera = camera_of_size(values, {"width"}, {"height"});
   set_intrinsics(camera, values.number({"fx"}), values.number({"fy"}), values.number({"ppx"}),
                  values.number({"ppy"}));
-  if (values.has({"coeffs"})) set_distortion_list(camera, values, "coeffs");
-  if (camera.distorted()) {
-    require_model(values, "model",
-                  {"brown_conrady", "none", "distortion.brown_conrady", "distortion.none"},
-                  "rectify the images to a pinhole camera first, and give coefficients of 0; "
-                  "recordings of librealsense (.bag, .db3) are read with this model");
-  }
+  camera.lens = lens_of_list(values, text_or_none(values, "model"), "coeffs");
   camera.depth_factor = 1 / values.number_or({"depth_units", "depth_scale"}, 1 / kMillimeters);
   camera.depth_sensor = find_depth_sensor("realsense_d435i");
   camera.baseline = camera.depth_sensor.baseline;
@@ -256,26 +248,24 @@ Camera from_realsense(const CameraValues& values) {
 }
 
 /// The first camera of a camera chain of Kalibr.
-Camera from_kalibr(const CameraValues& values) {
-  const char* fix = "rectify the images to a pinhole camera first and give its parameters";
-  require_model(values, "cam0.camera_model", {"pinhole"}, fix);
+FileCamera from_kalibr(const CameraValues& values) {
+  require_model(values, "cam0.camera_model");
   const auto size = values.matrix("cam0.resolution", 2), k = values.matrix("cam0.intrinsics", 4);
-  Camera camera;
+  FileCamera camera;
   set_size(camera, size[0], size[1]);
   set_intrinsics(camera, k[0], k[1], k[2], k[3]);
-  if (values.has({"cam0.distortion_coeffs"}))
-    set_distortion_list(camera, values, "cam0.distortion_coeffs");
-  if (camera.distorted()) require_model(values, "cam0.distortion_model", {"radtan"}, fix);
+  camera.lens =
+      lens_of_list(values, text_or_none(values, "cam0.distortion_model"), "cam0.distortion_coeffs");
   camera.depth_factor = values.number_or({"depth_factor", "cam0.depth_factor"}, kMillimeters);
   return camera;
 }
 
 /// camera_models of VINS-Mono and VINS-Fusion.
-Camera from_vins(const CameraValues& values) {
-  require_model(values, "model_type", {"PINHOLE"});
-  Camera camera = camera_of_size(values, {"image_width"}, {"image_height"});
+FileCamera from_vins(const CameraValues& values) {
+  require_model(values, "model_type");
+  FileCamera camera = camera_of_size(values, {"image_width"}, {"image_height"});
   set_intrinsics(camera, values, "projection_parameters.");
-  set_distortion(camera, values, "distortion_parameters.");
+  camera.lens = lens_by_keys(values, "", "distortion_parameters.");
   camera.depth_factor = values.number_or({"depth_factor"}, kMillimeters);
   return camera;
 }
@@ -293,14 +283,14 @@ std::optional<std::string> neural_slam_group(const CameraValues& values) {
 
 /// NICE-SLAM's `cam`, the `camera` of its Replica data (cam_params.json), SplaTAM's
 /// `camera_params`, and MonoGS's `Calibration`.
-Camera from_neural_slam(const CameraValues& values) {
+FileCamera from_neural_slam(const CameraValues& values) {
   const std::string group = *neural_slam_group(values);
-  Camera camera =
+  FileCamera camera =
       camera_of_size(values, {group + "W", group + "w", group + "image_width", group + "width"},
                      {group + "H", group + "h", group + "image_height", group + "height"});
   set_intrinsics(camera, values, group);
-  set_distortion(camera, values, group);
-  if (values.has({group + "distortion"})) set_distortion_list(camera, values, group + "distortion");
+  camera.lens = values.has({group + "distortion"}) ? lens_of_list(values, "", group + "distortion")
+                                                   : lens_by_keys(values, "", group);
   camera.depth_factor =
       values.number({group + "png_depth_scale", group + "scale", group + "depth_scale"});
   return camera;
@@ -308,24 +298,23 @@ Camera from_neural_slam(const CameraValues& values) {
 
 /// transforms.json of nerfstudio, whose depth images are in millimeters, and of instant-ngp, which
 /// states the unit as integer_depth_scale [m].
-Camera from_nerf(const CameraValues& values) {
-  require_model(values, "camera_model",
-                {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"});
-  if (values.has({"is_fisheye"}) && values.text("is_fisheye") == "true")
-    throw Error("a fisheye model is not supported", values.where("is_fisheye"), kRectify);
-  Camera camera = camera_of_size(values, {"w"}, {"h"});
+FileCamera from_nerf(const CameraValues& values) {
+  require_model(values, "camera_model");
+  const bool is_fisheye = text_or_none(values, "is_fisheye") == "true";
+  FileCamera camera = camera_of_size(values, {"w"}, {"h"});
   const double fx = values.number({"fl_x"});
   set_intrinsics(camera, fx, values.number_or({"fl_y"}, fx), values.number({"cx"}),
                  values.number({"cy"}));
-  set_distortion(camera, values, "");
+  camera.lens =
+      lens_by_keys(values, is_fisheye ? "fisheye" : text_or_none(values, "camera_model"), "");
   camera.depth_factor = 1 / values.number_or({"integer_depth_scale"}, 1 / kMillimeters);
   return camera;
 }
 
 /// metadata.json of Record3D: column-major matrix of the color images, size w x h of color and
 /// dw x dh of depth.
-Camera from_record3d(const CameraValues& values) {
-  Camera camera = camera_of_size(values, {"w"}, {"h"});
+FileCamera from_record3d(const CameraValues& values) {
+  FileCamera camera = camera_of_size(values, {"w"}, {"h"});
   const auto k = values.matrix("K", 9);
   set_intrinsics(camera, k[0], k[4], k[6], k[7]);
   camera.fps = values.number_or({"fps"}, camera.fps);
@@ -333,7 +322,7 @@ Camera from_record3d(const CameraValues& values) {
   return camera;
 }
 
-Camera camera_of(const CameraValues& values) {
+FileCamera camera_of(const CameraValues& values) {
   if (values.has({"cam0.camera_model"})) return from_kalibr(values);
   if (is_settings_file(values)) return from_settings(values);
   if (values.has({"projection_parameters"})) return from_vins(values);
@@ -370,9 +359,9 @@ std::vector<double> numbers_of(const fs::path& file, std::size_t count, const ch
 }
 
 /// Intrinsics of ARKitScenes.
-Camera from_pincam(const fs::path& file) {
+FileCamera from_pincam(const fs::path& file) {
   const auto numbers = numbers_of(file, 6, "width height fx fy cx cy in one line");
-  Camera camera;
+  FileCamera camera;
   set_size(camera, numbers[0], numbers[1]);
   set_intrinsics(camera, numbers[2], numbers[3], numbers[4], numbers[5]);
   camera.depth_factor = kMillimeters;
@@ -380,10 +369,10 @@ Camera from_pincam(const fs::path& file) {
 }
 
 /// camera_matrix.csv of Stray Scanner: row-major matrix of the color images.
-Camera from_matrix_csv(const fs::path& file) {
+FileCamera from_matrix_csv(const fs::path& file) {
   const auto k =
       numbers_of(file, 9, "the camera matrix as three lines 'fx,0,cx', '0,fy,cy', '0,0,1'");
-  Camera camera;
+  FileCamera camera;
   camera.width = camera.height = 0;
   set_intrinsics(camera, k[0], k[4], k[2], k[5]);
   camera.depth_factor = kMillimeters;
@@ -392,7 +381,7 @@ Camera from_matrix_csv(const fs::path& file) {
 
 }  // namespace
 
-Camera read_camera_format(const fs::path& file) {
+FileCamera read_camera_format(const fs::path& file) {
   if (file.extension() == ".pincam") return from_pincam(file);
   if (file.extension() == ".csv") return from_matrix_csv(file);
   return camera_of(CameraValues(file));

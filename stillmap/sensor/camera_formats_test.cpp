@@ -3,12 +3,14 @@
 #include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/lens.hpp"
 
 #include <fstream>
 #include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 namespace stillmap {
 namespace {
@@ -112,9 +114,44 @@ TEST_F(CameraFormats, XmlOfOpenCvIsRead) {
   EXPECT_THAT(error_of([&] { load(deep, "camera.xml"); }), HasSubstr("too deeply"));
 }
 
-TEST_F(CameraFormats, AFisheyeOfOpenCvIsRefused) {
+TEST_F(CameraFormats, AFisheyeOfOpenCvHasAtMostFourCoefficients) {
   EXPECT_THAT(error_of([&] { load(std::string("fisheye_model: 1\n") + kMatrixOfSample); }),
-              AllOf(HasSubstr("fisheye"), HasSubstr("rectify")));
+              AllOf(HasSubstr("'fisheye' at most 4"), HasSubstr("rectify")));
+}
+
+/// Returns the largest distance of the pixels of a lens from those of a camera's Brown model.
+double difference(const Camera& camera, const LensDistortion& lens) {
+  Camera pinhole = camera;
+  pinhole.distortion.setZero();
+  const auto [x, y] = rectification_maps(pinhole, lens);
+  const auto [u, v] = rectification_maps(
+      pinhole, {.coefficients = {camera.distortion.begin(), camera.distortion.end()}});
+  return std::max(cv::norm(x, u, cv::NORM_INF), cv::norm(y, v, cv::NORM_INF));
+}
+
+TEST_F(CameraFormats, BrownsModelIsFittedToOtherLensesOfFewDegrees) {
+  const std::string matrix =
+      "camera_matrix: {data: [610, 0, 320, 0, 610, 240, 0, 0, 1]}\ndistortion_coefficients: "
+      "{data: ";
+  const std::vector<double> rational{0.52, -2.6, 0.0006, -0.0002, 1.5, 0.4, -2.4, 1.4};
+  const Camera kinect = load(matrix +
+                             "[0.52, -2.6, 0.0006, -0.0002, 1.5, 0.4, -2.4, 1.4]}\n"
+                             "distortion_model: rational_polynomial\n");
+  EXPECT_LT(difference(kinect, {.coefficients = rational}), 0.25);
+  const Camera fisheye =
+      load(matrix + "[0.01, -0.02, 0.003, 0.001]}\ndistortion_model: equidistant\n");
+  EXPECT_LT(difference(fisheye, {LensDistortion::Model::kFisheye, {0.01, -0.02, 0.003, 0.001}}),
+            0.25);
+  EXPECT_LT(fisheye.distortion(0), -0.2) << "r = atan(tan(theta)) = tan(theta) - tan(theta)^3 / 3";
+}
+
+TEST_F(CameraFormats, AWideFisheyeIsRefusedWithTheDifference) {
+  const std::string wide =
+      "Camera.type: KannalaBrandt8\nCamera1.fx: 190\nCamera1.fy: 190\nCamera1.cx: 320\nCamera1.cy: "
+      "240\nCamera1.k1: 0.003\nCamera1.k2: 0.0007\nCamera1.k3: -0.002\nCamera1.k4: 0.0002\n"
+      "RGBD.DepthMapFactor: 1000\n";
+  EXPECT_THAT(error_of([&] { load(wide); }),
+              AllOf(HasSubstr("the lens has a fisheye model"), HasSubstr("rectify the images")));
 }
 
 TEST_F(CameraFormats, OfRtabMapAreReadWithTheirRectification) {
@@ -167,10 +204,10 @@ TEST_F(CameraFormats, OfStellaVslamAndOpenVslamAreRead) {
     EXPECT_EQ(camera.fps, 15);
     EXPECT_NEAR(camera.baseline, 0.1, 1e-12);
   }
-  std::string fisheye = nested;
-  fisheye.replace(fisheye.find("perspective"), 11, "fisheye");
-  EXPECT_THAT(error_of([&] { load(fisheye); }),
-              AllOf(HasSubstr("key 'Camera.model'"), HasSubstr("'fisheye' is not supported")));
+  std::string panorama = nested;
+  panorama.replace(panorama.find("perspective"), 11, "equirectangular");
+  EXPECT_THAT(error_of([&] { load(panorama); }),
+              AllOf(HasSubstr("key 'Camera.model'"), HasSubstr("'equirectangular' is not supp")));
 }
 
 TEST_F(CameraFormats, OfVinsAreRead) {
@@ -225,9 +262,11 @@ TEST_F(CameraFormats, OfNerfstudioAndInstantNgpAreRead) {
   expect_distortion(camera, 0);
   expect_same(load(R"({"integer_depth_scale": 0.0002, )" + values + "}", "transforms.json"), 5000);
   EXPECT_THAT(error_of([&] {
-                load(R"({"camera_model": "OPENCV_FISHEYE", )" + values + "}", "transforms.json");
+                load(R"({"camera_model": "EQUIRECTANGULAR", )" + values + "}", "transforms.json");
               }),
-              HasSubstr("'OPENCV_FISHEYE' is not supported"));
+              HasSubstr("'EQUIRECTANGULAR' is not supported"));
+  EXPECT_LT(load(R"({"camera_model": "OPENCV_FISHEYE", )" + values + "}", "t.json").distortion(0),
+            0);
 }
 
 TEST_F(CameraFormats, OfPhonesAreRead) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/doctor.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/number.hpp"
 #include "stillmap/base/statistics.hpp"
@@ -80,16 +81,21 @@ Severity severity_of(std::size_t unusable, std::size_t all) {
 
 void check_lists(const FrameList& list, Diagnosis& diagnosis) {
   diagnosis.frames = list.frames.size();
-  diagnosis.add_ok(fmt::format("{} pairs of color and depth", list.frames.size()));
+  diagnosis.add_ok(counted(list.frames.size(), "pair") + " of color and depth");
   if (list.skipped.empty()) return;
   const bool most = list.skipped.size() > list.frames.size();
   const auto lost = static_cast<std::size_t>(std::count_if(
       list.skipped.begin(), list.skipped.end(), [](const auto& s) { return s.frame_lost; }));
+  const double begin = list.frames.empty() ? 0 : list.frames.front().timestamp;
+  const bool many = are_many_unusable(list.skipped, begin, list.frames.size() + lost);
   diagnosis.add(
-      with_severity(most ? Severity::kError : severity_of(lost, list.frames.size() + lost),
+      with_severity(most   ? Severity::kError
+                    : many ? Severity::kUntrusted
+                           : Severity::kWarning,
                     make_finding("bad-list",
-                                 fmt::format("{} lines of the lists give no frame; the first: {}",
-                                             list.skipped.size(), list.skipped.front().reason),
+                                 fmt::format("{} of the lists without a frame; the first: {}",
+                                             counted(list.skipped.size(), "line"),
+                                             list.skipped.front().reason),
                                  most ? "correct the timestamps and names in the lists"
                                       : "no action is needed if these are few: they are skipped")));
 }
@@ -559,10 +565,11 @@ std::size_t check_frames(FrameSource& source, std::size_t most_frames, Diagnosis
     if (!frame) break;
     check.add(*frame);
   }
+  const std::string examined = counted(frames, "frame") + " examined";
   if (frames > 0)
-    diagnosis.add_ok(fmt::format("{} frames examined", frames));
+    diagnosis.add_ok(examined);
   else
-    diagnosis.add(make_finding("no-frames", "0 frames examined"));
+    diagnosis.add(make_finding("no-frames", examined));
   for (Finding& finding : check.findings()) diagnosis.add(std::move(finding));
   return frames;
 }
@@ -644,9 +651,9 @@ Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   }
   diagnosis.frames = diagnosis.usable_frames = check_frames(source, most_frames, diagnosis);
   if (!source.skipped().empty()) {
-    diagnosis.add(make_finding(
-        "bad-files", fmt::format("{} images were skipped; the first: {}", source.skipped().size(),
-                                 source.skipped().front().reason)));
+    diagnosis.add(make_finding("bad-files", fmt::format("skipped: {}; the first: {}",
+                                                        counted(source.skipped().size(), "image"),
+                                                        source.skipped().front().reason)));
   }
   return diagnosis;
 }

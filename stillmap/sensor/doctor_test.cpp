@@ -194,7 +194,7 @@ TEST_F(Doctor, DoubtsAClockThatWasSetBack) {
   const auto set_back = [](double t) { return t < 100.25 ? t : t - 0.15; };  // 4 of 12 are skipped
   restamp("rgb.txt", "rgb", set_back);
   restamp("depth.txt", "depth", set_back);
-  EXPECT_THAT(untrusted(), HasSubstr("lines of the lists give no frame; the first:"));
+  EXPECT_THAT(untrusted(), HasSubstr("lines of the lists without a frame; the first:"));
 }
 
 TEST_F(Doctor, DetectsOtherTimeUnitsGapsAndRates) {
@@ -243,7 +243,7 @@ TEST_F(Doctor, ComparesTheGroundTruthWithTheImages) {
   sequence_.write("groundtruth.txt", truth);
   EXPECT_THAT(warnings(), HasSubstr("66.7 % of the frames"));
   EXPECT_THAT(warnings(), HasSubstr("(faster than 3 m/s): 1, the first at 100.166667"));
-  sequence_.write("groundtruth.txt", "100 0 0 0\n");
+  sequence_.write("groundtruth.txt", "100 0 0 0 0\n");
   EXPECT_THAT(errors(), HasSubstr("groundtruth.txt:1: expected 8 numbers"));
 }
 

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/statistics.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -86,6 +87,18 @@ bool is_long_gap(std::size_t frames, std::size_t all) {
 }
 
 bool are_many_unusable(std::size_t unusable, std::size_t all) { return 5 * unusable > all; }
+
+bool are_many_unusable(const std::vector<SkippedFrame>& skipped, double begin, std::size_t all) {
+  const auto count = [&](auto&& holds) {
+    return static_cast<std::size_t>(std::count_if(skipped.begin(), skipped.end(), holds));
+  };
+  const auto is_lost = [](const SkippedFrame& s) { return s.frame_lost && !s.late; };
+  const std::size_t lost = count(is_lost),
+                    before = count([&](const SkippedFrame&s) {
+                      return is_lost(s) && s.timestamp != 0 && s.timestamp < begin;
+                    });
+  return are_many_unusable(is_long_gap(before, all) ? lost : lost - before, all);
+}
 
 FrameCheck::FrameCheck(const Camera& camera)
     : camera_(camera), seen_(kLevels), registration_(camera.depth_sensor) {}

@@ -3,7 +3,7 @@
 #include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/depth_evidence.hpp"
-#include "stillmap/sensor/rgbd_frame.hpp"
+#include "stillmap/sensor/frame_source.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +29,9 @@ bool is_long_gap(std::size_t frames, std::size_t all);
 /// Returns whether so many frames are unusable that the rest may not be what was recorded: more
 /// than a fifth, such as after a clock was set back or the image size changed.
 bool are_many_unusable(std::size_t unusable, std::size_t all);
+/// The same for the lost frames of a list. Those before the first usable one, at `begin` [s], do
+/// not count if they are too few for is_long_gap(): the map begins after them.
+bool are_many_unusable(const std::vector<SkippedFrame>& skipped, double begin, std::size_t all);
 
 /// Collects what the frames of a source show together about errors of their timestamps and depths.
 /// Such frames are mapped without an error, and the result is wrong: of another scale or speed, or

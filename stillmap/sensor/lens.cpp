@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/lens.hpp"
 
+#include <cmath>
+
+#include <Eigen/Cholesky>
 #include <opencv2/calib3d.hpp>
 
 namespace stillmap {
@@ -71,6 +74,36 @@ std::pair<cv::Mat, cv::Mat> rectification_maps(const Camera& pinhole, const Lens
     }
   }
   return {x, y};
+}
+
+BrownFit fit_brown(const Camera& pinhole, const LensDistortion& lens) {
+  using Row = Eigen::Matrix<double, 1, 5>;
+  const auto [x, y] = rectification_maps(pinhole, lens);
+  // The distorted coordinates are linear functions of the coefficients.
+  const auto for_each_row = [&, &x = x, &y = y](auto&& visit) {
+    for (int v = 0; v < pinhole.height; ++v) {
+      for (int u = 0; u < pinhole.width; ++u) {
+        const double a = (u - pinhole.cx) / pinhole.fx, b = (v - pinhole.cy) / pinhole.fy;
+        const double r2 = a * a + b * b, r4 = r2 * r2, r6 = r2 * r4;
+        const double da = (x.at<float>(v, u) - u) / pinhole.fx,
+                     db = (y.at<float>(v, u) - v) / pinhole.fy;
+        visit(Row(a * r2, a * r4, 2 * a * b, r2 + 2 * a * a, a * r6), da, pinhole.fx);
+        visit(Row(b * r2, b * r4, r2 + 2 * b * b, 2 * a * b, b * r6), db, pinhole.fy);
+      }
+    }
+  };
+  Eigen::Matrix<double, 5, 5> H = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 1> g = Eigen::Matrix<double, 5, 1>::Zero();
+  for_each_row([&](const Row& row, double difference, double) {
+    H.noalias() += row.transpose() * row;
+    g += row.transpose() * difference;
+  });
+  BrownFit fit{H.ldlt().solve(g)};
+  for_each_row([&](const Row& row, double difference, double focal) {
+    const double error = focal * std::abs(row * fit.coefficients - difference);
+    if (!(error <= fit.error)) fit.error = error;  // also if it is not a number
+  });
+  return fit;
 }
 
 Camera pinhole_of(const RecordedCamera& recorded) {

@@ -14,6 +14,16 @@ namespace stillmap {
 /// and principal point.
 std::pair<cv::Mat, cv::Mat> rectification_maps(const Camera& pinhole, const LensDistortion& lens);
 
+/// Brown's model of a lens.
+struct BrownFit {
+  Eigen::Matrix<double, 5, 1> coefficients;  ///< k1 k2 p1 p2 k3
+  /// Largest difference from the lens in the images of the pinhole camera [pixels].
+  double error = 0;
+};
+
+/// Fits Brown's model to a lens over the images of a pinhole camera (least squares).
+BrownFit fit_brown(const Camera& pinhole, const LensDistortion& lens);
+
 /// Returns the camera with the image size and the intrinsics of a recorded one, without distortion.
 Camera pinhole_of(const RecordedCamera& recorded);
 

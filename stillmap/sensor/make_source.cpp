@@ -64,11 +64,17 @@ bool give_camera(const SourceOptions& options) {
   return options.recorded || !options.camera.empty();
 }
 
-/// Returns the camera that the options give; none to use that of the recording.
-std::optional<Camera> given_camera(const SourceOptions& options) {
+/// Returns the camera that the options give for a recorded file; none to use that of the recording.
+std::optional<Camera> given_camera(const std::string& path, const SourceOptions& options) {
   if (options.recorded) return with_ignored(*options.recorded, options);
-  if (!options.camera.empty()) return with_ignored(read_camera(options.camera), options);
-  return std::nullopt;
+  if (options.camera.empty()) return std::nullopt;
+  const auto image_size = [&]() -> std::optional<cv::Size> {
+    Recording recording(path);
+    const ImageStream color = find_rgbd_streams(recording, options.topics).color;
+    if (color.width == 0) return std::nullopt;
+    return cv::Size(color.width, color.height);
+  };
+  return with_ignored(read_camera(options.camera, image_size), options);
 }
 
 /// Returns the preset of the data set to which a folder belongs by its name or layout; otherwise
@@ -203,7 +209,7 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
       throw Error("a recorded file cannot be followed while it grows", path,
                   "follow a folder of images, or map the file when it is complete");
     }
-    source = std::make_unique<RecordingSource>(path, given_camera(options), options.topics,
+    source = std::make_unique<RecordingSource>(path, given_camera(path, options), options.topics,
                                                range_of(options), options.ignore);
   } else if (is_stereo_folder(path)) {
     source = open_stereo_folder(path, options);
@@ -238,7 +244,7 @@ Camera recorded_camera(const std::string& text, const SourceOptions& options) {
     return read_stereo_folder(folder_of(text), options.fps).rig.camera;
   if (!names_recording(text))
     return camera_of(options, find_sequence(folder_of(text), options.associations));
-  if (const auto given = given_camera(options)) return *given;
+  if (const auto given = given_camera(folder_of(text), options)) return *given;
   Recording recording(folder_of(text));
   return color_camera(recording, find_rgbd_streams(recording, options.topics));
 }

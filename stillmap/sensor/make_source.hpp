@@ -26,8 +26,9 @@ namespace stillmap {
 ///
 /// Throws Error with file, key and fix for an unknown name, a missing, repeated, misspelled or
 /// mistyped key, and an impossible value (focal length or depth factor not positive, principal
-/// point outside the image, a number that is not finite, a fisheye model), and for a file without
-/// the size of the images.
+/// point outside the image, a number that is not finite), for a file without the size of the
+/// images, and for a lens that is not known or of which Brown's model with five coefficients, which
+/// is fitted to it, differs by more than 0.25 pixels (rational, RealSense's inverse, equidistant).
 Camera read_camera(const std::string& name_or_file);
 
 /// When to stop waiting for the next image of a folder that still grows or of a live camera.

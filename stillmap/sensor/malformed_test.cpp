@@ -363,7 +363,8 @@ const SpoiltSequence kUnusableSequences[] = {
      },
      "associations.txt: contains no pair", "timestamp rgb_file timestamp depth_file"},
     {"AllImagesMissing", [](const auto& s) { fs::remove_all(s.path("rgb")); },
-     "none of the 2 frames can be used; the first: rgb/0.png is missing", "fix: "},
+     "none of the 2 frames can be used; the first: rgb/0.png is missing",
+     "copy the images to where the lists name them"},
     {"AllOfAnotherSize",
      [](const auto& s) {
        for (const char* name : {"rgb/0.png", "rgb/1.png"}) {
@@ -472,7 +473,7 @@ const SpoiltCamera kInvalidCameras[] = {
     {"DistortionAWord", ours("baseline", "distortion: none\n"), "key 'distortion': expected a list",
      "[k1, k2, p1, p2, k3]"},
     {"DistortionTooLong", ours("baseline", "distortion: [1, 2, 3, 4, 5, 6, 7, 8]\n"),
-     "at most 5 numbers", "[k1, k2, p1, p2, k3]"},
+     "the lens has a rational model, from which Brown's", "rectify"},
     {"DistortionNotFinite", ours("baseline", "distortion: [0.1, .inf]\n"), "'.inf' is not finite",
      "number"},
     {"SettingsKeyMissing", settings("Camera.cx", ""), "the key 'Camera.cx' is missing",
@@ -482,7 +483,9 @@ const SpoiltCamera kInvalidCameras[] = {
     {"SettingsFocalLengthNegative", settings("Camera.fx", "Camera.fx: -535.4\n"),
      "fx or fy is -535.4", "pixels"},
     {"SettingsOfAFisheye", settings("Camera.type", "Camera.type: \"KannalaBrandt8\"\n"),
-     "the camera model 'KannalaBrandt8' is not supported", "rectify"},
+     "the key 'Camera.k1' is missing", "Camera.k1: VALUE"},
+    {"SettingsOfAPanorama", settings("Camera.type", "Camera.model: equirectangular\n"),
+     "the camera model 'equirectangular' is not supported", "rectify"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Cameras, OneInvalidCamera, ::testing::ValuesIn(kInvalidCameras),

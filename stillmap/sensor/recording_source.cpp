@@ -69,13 +69,18 @@ cv::Mat gray(const cv::Mat& color) {
 // Range of images: index of the first one, and of the one after the last.
 using Stretch = std::pair<std::size_t, std::size_t>;
 
-// Returns the longest stretch in which the stamps do not jump back.
+// Returns the longest stretch in which the stamps do not jump back: by a second, or to the first
+// half of the stretch, as at the end of a short loop. Images of one camera are less out of order.
 Stretch longest_stretch(const std::vector<MessageEntry>& images) {
-  constexpr std::int64_t kJump = 1'000'000'000;  // [ns]; images of one camera are less out of order
+  constexpr std::int64_t kJump = 1'000'000'000;  // [ns]
+  const auto jumps_back = [&](std::size_t begin, std::size_t at) {
+    const std::int64_t first = images[begin].stamp, last = images[at - 1].stamp;
+    return images[at].stamp < std::max(last - kJump, first + (last - first) / 2);
+  };
   Stretch longest(0, 0);
   std::size_t begin = 0;
   for (std::size_t end = 1; end <= images.size(); ++end) {
-    if (end < images.size() && images[end].stamp >= images[end - 1].stamp - kJump) continue;
+    if (end < images.size() && !jumps_back(begin, end)) continue;
     if (end - begin > longest.second - longest.first) longest = {begin, end};
     begin = end;
   }

@@ -173,6 +173,33 @@ TEST(RecordingSource, OfARecordingThatWasPlayedInALoopTheLongestStretchIsUsed) {
               ::testing::Contains(HasSubstr("longest stretch is used, 60 of 145 images")));
 }
 
+TEST(RecordingSource, AShortLoopIsRecognizedToo) {
+  const auto pass = messages(20);  // two thirds of a second
+  std::vector<TestMessage> all;
+  for (int loop = 0; loop < 4; ++loop) {
+    const auto lost = loop > 0 ? 3 * 2 : 0;  // while the playback began again
+    all.insert(all.end(), pass.begin() + lost, pass.end());
+  }
+  std::int64_t time = 0;
+  for (TestMessage& message : all) message.time = ++time;
+  const TestFolder folder;
+  RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, "");
+  EXPECT_THAT(all_frames(source), SizeIs(20));
+  EXPECT_THAT(source.notes(),
+              ::testing::Contains(HasSubstr("longest stretch is used, 20 of 74 images")));
+}
+
+TEST(RecordingSource, AGivenCameraMayLackTheSizeOfTheImages) {
+  const TestFolder folder;
+  SourceOptions options;
+  options.camera =
+      folder.write("camera.yaml", "camera_matrix: {data: [60, 0, 31.5, 0, 60, 23.5, 0, 0, 1]}\n")
+          .string();
+  const auto source = make_source(folder.write_sqlite("a.db3", messages(2)).string(), options);
+  EXPECT_EQ(source->camera().width, 64);
+  EXPECT_THAT(all_frames(*source), SizeIs(2));
+}
+
 // Two frames with this depth everywhere, of a camera with this name.
 std::vector<TestMessage> messages_with_depth(const std::string& name, std::uint16_t raw) {
   const std::string pixels = bytes_of(cv::Mat1w(48, 64, raw));

@@ -96,8 +96,12 @@ void TumFolder::require_one_usable_frame() const {
       fmt::format("none of the {} frames can be used; the first: {}", list_.frames.size(),
                   first_problem),
       list_.frames.front().color.parent_path().parent_path().string(),
-      "give the camera that recorded the sequence (--camera), with its image size; color must be "
-      "8-bit PNG or JPEG, depth 16-bit PNG or TIFF, or TIFF of 32-bit floats, of the same size");
+      first_problem.ends_with("is missing")
+          ? "copy the images to where the lists name them, or correct the names in the lists"
+          : "give the camera that recorded the sequence (--camera), with its image size; color "
+            "must "
+            "be 8-bit PNG or JPEG, depth 16-bit PNG or TIFF, or TIFF of 32-bit floats, of the same "
+            "size");
 }
 
 /// Throws Error if the depth factor is for floats in meters, as in ORB-SLAM's settings for ROS, but
