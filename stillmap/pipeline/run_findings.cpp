@@ -72,16 +72,14 @@ void add_coverage(const RunDetails& record, std::vector<Finding>& findings) {
     return;
   }
   const bool only_localized = record.loaded && !record.loaded->extended;
-  findings.push_back(
-      make_finding("low-coverage",
-                   fmt::format("only {} of {} frames have a pose (most often: {})", tracked, total,
-                               main_reason(record)),
-                   fmt::format("{}check the camera, its depth factor and the images with: stillmap "
-                               "doctor RECORDING",
-                               only_localized
-                                   ? "if the camera was in the place of the loaded map, "
-                                   : ""),
-                   {{"share", share(tracked, total)}}));
+  findings.push_back(make_finding(
+      "low-coverage",
+      fmt::format("only {} of {} frames have a pose (most often: {})", tracked, total,
+                  main_reason(record)),
+      fmt::format("{}check the camera, its depth factor and the images with: stillmap "
+                  "doctor RECORDING",
+                  only_localized ? "if the camera was in the place of the loaded map, " : ""),
+      {{"share", share(tracked, total)}}));
 }
 
 /// Adds many unusable frames.

@@ -136,7 +136,8 @@ TEST_F(MaskFolderTest, InvertedMasksAreToldAsSuch) {
     cv::ellipse(seen.depth, {60 + 4 * i, 120}, {25, 80}, 0, 0, 360, 1.5, cv::FILLED);
     masks.detect(seen);
   }
-  EXPECT_THAT(masks.doubt(), testing::HasSubstr("look inverted"));
+  ASSERT_TRUE(masks.finding());
+  EXPECT_EQ(masks.finding()->code, "masks-inverted");
 }
 
 TEST_F(MaskFolderTest, WhatCannotBeUsedIsNamed) {

@@ -88,16 +88,15 @@ void check_lists(const FrameList& list, Diagnosis& diagnosis) {
       list.skipped.begin(), list.skipped.end(), [](const auto& s) { return s.frame_lost; }));
   const double begin = list.frames.empty() ? 0 : list.frames.front().timestamp;
   const bool many = are_many_unusable(list.skipped, begin, list.frames.size() + lost);
-  diagnosis.add(
-      with_severity(most   ? Severity::kError
-                    : many ? Severity::kUntrusted
-                           : Severity::kWarning,
-                    make_finding("bad-list",
-                                 fmt::format("{} of the lists without a frame; the first: {}",
-                                             counted(list.skipped.size(), "line"),
-                                             list.skipped.front().reason),
-                                 most ? "correct the timestamps and names in the lists"
-                                      : "no action is needed if these are few: they are skipped")));
+  diagnosis.add(with_severity(
+      most   ? Severity::kError
+      : many ? Severity::kUntrusted
+             : Severity::kWarning,
+      make_finding("bad-list",
+                   fmt::format("{} of the lists without a frame; the first: {}",
+                               counted(list.skipped.size(), "line"), list.skipped.front().reason),
+                   most ? "correct the timestamps and names in the lists"
+                        : "no action is needed if these are few: they are skipped")));
 }
 
 std::vector<double> intervals_of(const std::vector<FrameFiles>& frames) {
