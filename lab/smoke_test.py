@@ -132,7 +132,7 @@ class Smoke(unittest.TestCase):
         out = self.folder / "findings"
         printed = self.module("findings", self.sequences, "--pieces", "40", "--wrong-step", "50", "--out", out,
                               "--program", STILLMAP)
-        self.assertRegex(printed, r"\| the steps between the raw depths are those of \| 0 \| 1 \| 1 \|")
+        self.assertRegex(printed, r"\| depth-factor \| 0 \| 1 \| 1 \|")
         good = json.loads((out / "findings.json").read_text(encoding="utf-8"))[0]
         self.assertEqual((good["variant"], good["findings"]), ("good", []))
 
