@@ -161,13 +161,14 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
   }
   if (const std::size_t without = frames.size() - offsets.size(); without > 0) {
     const bool many = 10 * without > frames.size();
-    diagnosis.add(with_severity(
-        many ? Severity::kWarning : Severity::kOk,
-        make_finding(
-            "sparse-depth",
-            fmt::format("{} of {} color images have no depth image", without, frames.size()),
-            many ? "these frames add no landmarks; record depth at the rate of the color images"
-                 : "")));
+    const std::string text =
+        fmt::format("{} of {} color images have no depth image", without, frames.size());
+    if (many)
+      diagnosis.add(make_finding(
+          "sparse-depth", text,
+          "these frames add no landmarks; record depth at the rate of the color images"));
+    else
+      diagnosis.add_ok(text);
   }
   diagnosis.median_offset = percentile(offsets, 0.5);
   const auto [least, most] = std::minmax_element(offsets.begin(), offsets.end());
