@@ -43,6 +43,10 @@ void write_seeds(const fs::path& folder) {
 
 }  // namespace
 
+std::string refusal;
+
+void refuse(const char* reason) { refusal = reason; }
+
 fs::path file_with(std::string_view bytes, const std::string& name) {
   static const OwnFolder folder;
   const fs::path file = folder.path() / name;

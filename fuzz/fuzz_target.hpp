@@ -22,17 +22,22 @@ std::vector<std::string> seeds();
 /// Number of calls of parse() whose parser accepted its input.
 inline std::size_t accepted = 0;
 
+/// Why the parser refused the last input that it refused.
+extern std::string refusal;
+
+/// Keeps the reason of a refusal.
+void refuse(const char* reason);
+
 /// Calls a parser, which may refuse its input by throwing Error. Any other exception ends the
 /// program: it is a finding.
 template <typename Parser>
 void parse(Parser&& parser) {
-  bool refused = false;
   try {
     parser();
-  } catch (const Error&) {
-    refused = true;
+    ++accepted;
+  } catch (const Error& error) {
+    refuse(error.what());
   }
-  if (!refused) ++accepted;
 }
 
 /// Returns the input as characters.

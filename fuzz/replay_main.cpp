@@ -20,7 +20,7 @@ int refused_seeds() {
     accepted = 0;
     parse(seed);
     if (accepted == 0) {
-      fmt::print("seed {} is refused\n", number);
+      fmt::print("seed {} is refused: {}\n", number, stillmap::fuzz::refusal);
       ++refused;
     }
     ++number;

@@ -3,6 +3,7 @@
 // a zero byte. A file without content does not exist.
 #include "stillmap/base/file.hpp"
 #include "stillmap/view/recorded_view.hpp"
+#include "stillmap/warn/warning_monitor.hpp"
 
 #include <array>
 
@@ -32,6 +33,9 @@ fs::path folder_with(std::string_view input) {
 namespace stillmap::fuzz {
 
 std::vector<std::string> seeds() {
+  WarningEvent warning;
+  warning.rule = "gate";
+  warning.position = Eigen::Vector3d(0, 0, 2);
   const std::array<std::string, kFiles.size()> contents{
       "1 0 0 0 0 0 0 1\n1.1 0.1 0 0 0 0 0 1\n",
       R"({"sequence": "office", "loops": [{"timestamp": 1.1, "keyframe": 3, "matched": 1}],
@@ -40,7 +44,7 @@ std::vector<std::string> seeds() {
       "timestamp,id,class,state,x,y,z,vx,vy,vz,min_x,min_y,min_z,max_x,max_y,max_z\n"
       "1,1,person,observed,0,0,2,0,0,0,-1,-1,1,1,1,3\n",
       R"({"objects": [{"id": 1, "class": "chair", "points": 9, "box": {"min": [0, 0, 0]}}]})",
-      R"({"event": "begin", "id": 1, "rule": "gate", "timestamp": 1, "position": [0, 0, 2]})",
+      warning_json(warning).dump(),
       "1 0 0 0 0 0 0 1\n",
       R"({"floor": null, "up": [0, -1, 0]})"};
   std::string seed;
