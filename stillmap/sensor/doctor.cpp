@@ -406,16 +406,29 @@ std::string implausible(const DepthSpread& depths, const DepthSensor& sensor) {
   return "";
 }
 
-/// Returns the common depth factor with the most plausible depths (median nearest to 2 m); 0 if
-/// none is plausible.
-double plausible_factor(const DepthSpread& raw, const DepthSensor& sensor) {
-  double best = 0;
-  const auto distance = [&](double factor) { return std::abs(std::log(raw.median / factor / 2)); };
-  for (const double factor : {5000.0, 1000.0, 10000.0, 100.0}) {
-    if (!implausible(raw.in_meters(factor), sensor).empty()) continue;
-    if (best == 0 || distance(factor) < distance(best)) best = factor;
-  }
-  return best;
+/// Returns the common depth factors that give plausible depths, the likeliest first: median nearest
+/// to 2 m.
+std::vector<double> plausible_factors(const DepthSpread& raw, const DepthSensor& sensor) {
+  std::vector<double> factors{5000, 1000, 10000, 100};
+  std::erase_if(factors,
+                [&](double factor) { return !implausible(raw.in_meters(factor), sensor).empty(); });
+  std::ranges::stable_sort(
+      factors, {}, [&](double factor) { return std::abs(std::log(raw.median / factor / 2)); });
+  return factors;
+}
+
+/// Returns what to do about a wrong depth factor. Two factors may be equally likely: at 1 m a
+/// camera in 0.1 mm (RealSense D405) has the readings of TUM's images at 2 m.
+std::string fix_of_factor(const DepthSpread& raw, const Camera& camera) {
+  constexpr std::size_t kMost = 2;  // factors named
+  const auto factors = plausible_factors(raw, camera.depth_sensor);
+  if (factors.empty())
+    return fmt::format("check the depth factor: {:g} raw units per meter", camera.depth_factor);
+  std::string fix = fmt::format("set the depth factor ({:g})", camera.depth_factor);
+  for (std::size_t i = 0; i < std::min(kMost, factors.size()); ++i)
+    fix += fmt::format("{} to {:g} if the median depth should be {:.2f} m", i == 0 ? "" : ", or",
+                       factors[i], raw.median / factors[i]);
+  return fix;
 }
 
 void check_scale(const Sample& sample, const Camera& camera, Diagnosis& diagnosis) {
@@ -434,14 +447,8 @@ void check_scale(const Sample& sample, const Camera& camera, Diagnosis& diagnosi
   }
   const std::string problem = implausible(meters, camera.depth_sensor);
   if (problem.empty()) return diagnosis.add_ok(text);
-  const double better = plausible_factor(raw, camera.depth_sensor);
-  diagnosis.add(make_finding(
-      "depth-factor", problem,
-      better > 0 ? fmt::format(
-                       "set the depth factor ({:g}) to {:g} if the median depth should be {:.2f} m",
-                       factor, better, raw.median / better)
-                 : fmt::format("check the depth factor: {:g} raw units per meter", factor),
-      {{"given", factor}, {"median_m", meters.median}}));
+  diagnosis.add(make_finding("depth-factor", problem, fix_of_factor(raw, camera),
+                             {{"given", factor}, {"median_m", meters.median}}));
 }
 
 void check_depth(const Sample& sample, const Camera& camera, const DoctorOptions& options,

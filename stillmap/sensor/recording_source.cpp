@@ -92,6 +92,13 @@ std::vector<MessageEntry> part_of(const std::vector<MessageEntry>& images, Stret
   return {at(stretch.first), at(stretch.second)};
 }
 
+/// Returns whether the driver of ROS publishes this depth: it converts to millimeters
+/// (realsense-ros, fix_depth_scale()).
+bool is_of_realsense_ros(const std::string& topic) {
+  return topic.find("/aligned_depth_to_color/image_raw") != std::string::npos ||
+         topic.find("/depth/image_rect_raw") != std::string::npos;
+}
+
 }  // namespace
 
 Camera color_camera(const Recording& recording, const RgbdStreams& streams) {
@@ -269,21 +276,26 @@ double RecordingSource::median_raw_depth() {
   return readings.empty() ? 0 : upper_median(readings);
 }
 
-/// Sets the unit of 16-bit depth to 0.1 mm, that of a D405, if the topic or frame names one. Some
-/// programs convert to millimeters, so the readings decide: a D405 measures up to half a meter
-/// (datasheet).
+/// Sets the unit of 16-bit depth to 0.1 mm, that of a D405, if the recording names one, tells no
+/// unit, and the depths are too large for millimeters: the depth of a D405 is of no use from sigma
+/// = 0.1 m on. Programs other than the driver seldom convert, and a D405 is made for up to half a
+/// meter (datasheet).
 void RecordingSource::use_unit_of_d405() {
-  constexpr double kFarthest = 1;  // median, with a margin [m]
-  const ImageStream& depth = streams_.depth;
-  const bool named = (depth.name + depth.frame).find("d405") != std::string::npos;
-  if (!named || streams_.depth_factor != kMillimeters ||
-      median_raw_depth_ < kFarthest * kMillimeters)
-    return;
+  constexpr double kFarthest = 1, kUselessSigma = 0.1;  // [m]
+  const std::string& topic = streams_.depth.name;
+  const DepthSensor& d405 = find_depth_sensor("realsense_d405");
+  if (streams_.sensor != d405.name || streams_.unit_is_recorded) return;
+  const double in_millimeters = median_raw_depth_ / kMillimeters;  // [m]
+  const bool both_plausible = in_millimeters < d405.depth_at_sigma(kUselessSigma);
+  if (in_millimeters < kFarthest || (both_plausible && is_of_realsense_ros(topic))) return;
   streams_.depth_factor = kTenthsOfMillimeters;
-  streams_.notes.push_back(
-      fmt::format("depth unit: 0.1 mm, that of a D405, by the name of {}; in millimeters the "
-                  "median depth would be {:.2f} m",
-                  depth.name, median_raw_depth_ / kMillimeters));
+  streams_.notes.push_back(fmt::format(
+      "{}depth unit: 0.1 mm, that of a D405, by the names of the topics; in millimeters the median "
+      "depth of {} would be {:.2f} m{}",
+      both_plausible ? "warning: " : "", topic, in_millimeters,
+      both_plausible
+          ? ": if that is right, give a camera file with 'depth_factor: 1000' by --camera"
+          : ""));
 }
 
 /// Returns a warning if the depths are beyond the range of the sensor; empty otherwise.
