@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <span>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
@@ -458,6 +459,16 @@ Pose map_frame(const Floor& floor, const Pose& T_world_camera) {
   const Eigen::Vector3d& eye = T_world_camera.translation();
   const Eigen::Vector3d below = eye - (floor.up.dot(eye) - floor.height) * floor.up;
   return {R_map_world, -(R_map_world * below)};
+}
+
+Eigen::Matrix3d upright_axes(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
+                             const FloorHints& hints) {
+  const Eigen::Vector3d up =
+      find_floor(surfels, cameras, hints).up.value_or(mean_up(std::span(cameras)));
+  const Pose first = cameras.empty() ? Pose() : cameras.front();
+  const Eigen::Matrix3d R = map_frame({.up = up}, first).rotation();
+  const double walls = wall_direction(surfels, Pose(R, Eigen::Vector3d::Zero()));
+  return Eigen::AngleAxisd(-walls, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
 }
 
 }  // namespace stillmap

@@ -64,6 +64,11 @@ struct FloorHints {
 FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
                         const FloorHints& hints = {});
 
+/// Returns R_upright_world. Its rows are two horizontal axes, along and across most walls, and the
+/// upward direction of find_floor(), or the mean one of the images if that is unknown.
+Eigen::Matrix3d upright_axes(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
+                             const FloorHints& hints = {});
+
 /// Side of the cubes of the surfels that the floor is searched in [m].
 inline constexpr double kFloorSurfel = 0.05;
 
