@@ -162,7 +162,8 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
   if (const std::size_t without = frames.size() - offsets.size(); without > 0) {
     const bool many = 10 * without > frames.size();
     const std::string text =
-        fmt::format("{} of {} color images have no depth image", without, frames.size());
+        fmt::format("{} of {} {} no depth image", without, counted(frames.size(), "color image"),
+                    frames.size() == 1 ? "has" : "have");
     if (many)
       diagnosis.add(make_finding(
           "sparse-depth", text,
@@ -503,9 +504,11 @@ void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosi
         "errors measured there are errors of the ground truth"));
   }
   if (repeats > 0) {
-    diagnosis.add(make_finding("truth-quality",
-                               fmt::format("{} timestamps of the ground truth repeat", repeats),
-                               "keep one pose per timestamp"));
+    diagnosis.add(
+        make_finding("truth-quality",
+                     fmt::format("{} of the ground truth {}", counted(repeats, "timestamp"),
+                                 repeats == 1 ? "repeats" : "repeat"),
+                     "keep one pose per timestamp"));
   }
 }
 
@@ -522,8 +525,8 @@ void check_ground_truth(const SequencePaths& paths, const std::vector<FrameFiles
     const auto covered = associate(stamps, truth_stamps).size();
     const double share = static_cast<double>(covered) / static_cast<double>(frames.size());
     const std::string text =
-        fmt::format("ground truth: {} poses, {:.1f} % of the frames have one within 0.02 s",
-                    truth.size(), 100 * share);
+        fmt::format("ground truth: {}, {:.1f} % of the frames have one within 0.02 s",
+                    counted(truth.size(), "pose"), 100 * share);
     if (covered == 0) {
       diagnosis.add(with_severity(
           Severity::kError,
@@ -555,7 +558,7 @@ void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& fram
   });
   const bool all = static_cast<std::size_t>(present) == frames.size();
   const std::string text =
-      fmt::format("mask/ holds masks for {} of {} frames", present, frames.size());
+      fmt::format("mask/ holds masks for {} of {}", present, counted(frames.size(), "frame"));
   if (all)
     diagnosis.add_ok(text);
   else

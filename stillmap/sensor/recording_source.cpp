@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/recording_source.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
@@ -208,8 +209,8 @@ void RecordingSource::keep_longest_stretch() {
     return;
   streams_.notes.push_back(fmt::format(
       "warning: the stamps of {} jump back, as if a recording had been played in a loop while it "
-      "was recorded; its longest stretch is used, {} of {} images",
-      streams_.color.name, end - begin, color.size()));
+      "was recorded; its longest stretch is used, {} of {}",
+      streams_.color.name, end - begin, counted(color.size(), "image")));
   // Depth images of the stretch were recorded between the color images before and after it.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::int64_t first = begin > 0 ? color[begin - 1].log_time : Limits::min();
@@ -326,8 +327,8 @@ void RecordingSource::require_one_usable_frame() {
     }
     if (first_problem.empty()) first_problem = problem;
   }
-  throw Error(fmt::format("none of the {} frames can be used; the first: an image of {}",
-                          frames_.size(), first_problem),
+  throw Error(fmt::format("none of the {} can be used; the first: an image of {}",
+                          counted(frames_.size(), "frame"), first_problem),
               recording_.path().string(), kImageFix);
 }
 
