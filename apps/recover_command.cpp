@@ -72,8 +72,8 @@ void require_fewer_poses(const fs::path& folder, std::size_t frames) {
   if (!fs::exists(file)) return;
   const std::size_t poses = poses_in(file);
   if (poses <= frames) return;
-  throw Error(fmt::format("has {} poses of an earlier run, and the killed run has only {} frames",
-                          poses, frames),
+  throw Error(fmt::format("has {} poses of an earlier run, and the killed run has only {}", poses,
+                          counted(frames, "frame")),
               file.string(),
               "name another folder for them with --out DIR; --force replaces the earlier results");
 }

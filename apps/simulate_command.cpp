@@ -38,7 +38,7 @@ int run(const SimulateArguments& arguments) {
     });
   }();
   if (frames < sequence.frames())
-    print_out("interrupted after {} of {} frames\n", frames, sequence.frames());
+    print_out("interrupted after {} of {}\n", frames, counted(sequence.frames(), "frame"));
   print_out("written: {} ({}; map it with: stillmap run {})\n", arguments.out,
             counted(frames, "frame"), arguments.out);
   return frames < sequence.frames() ? kInterrupted : kSuccess;

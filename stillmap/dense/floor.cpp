@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
+#include <span>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
@@ -43,6 +45,8 @@ constexpr double kVote = 0.5;
 /// Angle within which directions of the search are the same one, and the odds against all others
 /// from which it is certain (0.95).
 constexpr double kSameDirection = 20 * kDegree, kCertainOdds = 19;
+/// Odds that images are upright rather than turned by 90 degrees, before the surfaces are seen.
+constexpr double kUprightOdds = 20;
 
 /// Height of a level above and below its middle: noise of the depth and of the poses [m].
 constexpr double kLevel = 0.03;
@@ -356,6 +360,37 @@ bool is_upside_down(const std::vector<Surfel>& surfels, const Eigen::Vector3d& u
   return most_certain_level(surfels, -up, camera).floor.has_value();
 }
 
+/// Returns the poses of the cameras whose images are turned clockwise.
+std::vector<Pose> with_turned_images(std::vector<Pose> cameras, int degrees) {
+  const Pose turn(so3_exp({0, 0, -degrees * kDegree}), Eigen::Vector3d::Zero());
+  for (Pose& T : cameras) T = T * turn;
+  return cameras;
+}
+
+/// Returns the logarithm of the probability of the most probable upward direction, up to a
+/// constant.
+double best_score(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras) {
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Candidate& c : candidates(surfels, cameras)) best = std::max(best, c.score);
+  return best;
+}
+
+/// Returns by how many degrees clockwise the images may have to be turned to be upright, 90 or 270:
+/// if a certain floor is beside the camera, and its direction is far more probable than all those
+/// near the upward direction of the images. A large wall beside the camera cannot be told from it.
+std::optional<int> turn_of_images(const std::vector<Surfel>& surfels,
+                                  const std::vector<Pose>& cameras) {
+  const double least = best_score(surfels, cameras) + std::log(kUprightOdds * kCertainOdds);
+  for (const int degrees : {90, 270}) {
+    const std::vector<Pose> turned = with_turned_images(cameras, degrees);
+    if (best_score(surfels, turned) < least) continue;
+    const FloorFinding found = upward(surfels, turned, {});
+    if (!found.up || found.up_sigma > kLargestSigma) continue;
+    if (most_certain_level(surfels, *found.up, cameras.front()).floor) return degrees;
+  }
+  return std::nullopt;
+}
+
 std::string uncertain_direction_text(double sigma) {
   return fmt::format(
       "the walls and horizontal surfaces show the upward direction only within {:.1f} degrees "
@@ -370,27 +405,30 @@ FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Po
   if (hints.floor) return {.floor = hints.floor, .up = hints.floor->up, .confidence = 1};
   if (cameras.empty()) return {.reason = "there is no view"};
   FloorFinding finding = upward(surfels, cameras, hints);
-  if (!finding.up) return finding;
   const double sigma = finding.up_sigma;
-  if (hints.camera_height) {
+  if (finding.up && hints.camera_height) {
     const Eigen::Vector3d& eye = cameras.front().translation();
     finding.confidence = 1;
     finding.floor = Floor{*finding.up, finding.up->dot(eye) - *hints.camera_height};
     finding.evidence.camera_height = *hints.camera_height;
-  } else {
-    const Eigen::Vector3d up = *finding.up;
-    finding = most_certain_level(surfels, up, cameras.front());
+  } else if (finding.up) {
+    finding = most_certain_level(surfels, *finding.up, cameras.front());
     finding.up_sigma = sigma;
-    if (!finding.floor && !hints.up && is_upside_down(surfels, up, cameras.front())) {
-      return {.reason =
-                  "a large horizontal surface is above the camera and none below: the images "
-                  "may be upside down (turn them with --rotate 180), or show the ceiling "
-                  "only"};
+    if (!finding.floor && !hints.up && is_upside_down(surfels, *finding.up, cameras.front())) {
+      finding = {.reason =
+                     "a large horizontal surface is above the camera and none below: the images "
+                     "may be upside down (turn them with --rotate 180), or show the ceiling "
+                     "only"};
     }
   }
   if (finding.floor && sigma > kLargestSigma) {
     finding.floor.reset();
     finding.reason = uncertain_direction_text(sigma);
+  }
+  if (!finding.floor && !hints.up) {
+    if (const auto degrees = turn_of_images(surfels, cameras))
+      finding.reason +=
+          fmt::format("; if the images are turned, turn them with --rotate {}", *degrees);
   }
   return finding;
 }
@@ -421,6 +459,16 @@ Pose map_frame(const Floor& floor, const Pose& T_world_camera) {
   const Eigen::Vector3d& eye = T_world_camera.translation();
   const Eigen::Vector3d below = eye - (floor.up.dot(eye) - floor.height) * floor.up;
   return {R_map_world, -(R_map_world * below)};
+}
+
+Eigen::Matrix3d upright_axes(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
+                             const FloorHints& hints) {
+  const Eigen::Vector3d up =
+      find_floor(surfels, cameras, hints).up.value_or(mean_up(std::span(cameras)));
+  const Pose first = cameras.empty() ? Pose() : cameras.front();
+  const Eigen::Matrix3d R = map_frame({.up = up}, first).rotation();
+  const double walls = wall_direction(surfels, Pose(R, Eigen::Vector3d::Zero()));
+  return Eigen::AngleAxisd(-walls, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
 }
 
 }  // namespace stillmap

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -15,6 +16,7 @@ namespace {
 
 using namespace testing_support;  // NOLINT(google-build-using-namespace)
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -148,6 +150,35 @@ TEST(Floor, IsUnknownIfTheCameraIsUpsideDown) {
     EXPECT_FALSE(found.up) << "it would be that of the ceiling";
     EXPECT_THAT(found.reason, HasSubstr("upside down"));
   }
+}
+
+TEST(Floor, TellsHowTurnedImagesMustBeTurned) {
+  Room room;
+  room.surfels.clear();
+  room.add_level(1, -1.5, 3, 3, 0);
+  add_rectangle({4, -1.5, 0.3}, {0, 3, 0}, {0, 0, 1.5}, {-1, 0, 0}, room.surfels);
+  add_rectangle({2, 1.5, 0.3}, {2, 0, 0}, {0, 0, 0.3}, {0, -1, 0}, room.surfels);
+  const Pose upright = room.camera;
+  ASSERT_TRUE(room.find().floor) << room.find().reason;
+  for (const int degrees : {90, 270}) {
+    room.camera = upright * Pose(so3_exp({0, 0, degrees * kDegree}), Eigen::Vector3d::Zero());
+    const FloorFinding found = room.find();
+    EXPECT_FALSE(found.floor);
+    EXPECT_THAT(found.reason, HasSubstr("turn them with --rotate " + std::to_string(degrees)));
+    EXPECT_TRUE(room.find({.up = room.up()}).floor) << "a given direction is not doubted";
+  }
+}
+
+TEST(Floor, ASmallWallBesideTheCameraIsNoFloorOfTurnedImages) {
+  Room room;
+  room.surfels.clear();
+  room.add_level(1, -1, 1.6, 0.8, 0.75);  // a table hides the floor
+  add_rectangle({4, -2, 0.3}, {0, 4, 0}, {0, 0, 2}, {-1, 0, 0}, room.surfels);
+  add_rectangle({2, 2, 0.3}, {2, 0, 0}, {0, 0, 1}, {0, -1, 0}, room.surfels);
+  const FloorFinding found = room.find();
+  EXPECT_FALSE(found.floor);
+  EXPECT_TRUE(found.up);
+  EXPECT_THAT(found.reason, Not(HasSubstr("--rotate")));
 }
 
 TEST(Floor, IsBelowATable) {

@@ -13,6 +13,7 @@
 #include <span>
 #include <string>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -76,7 +77,7 @@ std::string glb_buffer(const TriangleMesh& mesh) {
 
 /// Returns the description of the buffer by glTF 2.0, sections 3.6 and 3.7: 5125 is unsigned int,
 /// 5126 float, 5121 unsigned byte; 34963 an index buffer, 34962 a vertex buffer.
-nlohmann::json glb_header(const TriangleMesh& mesh) {
+nlohmann::json glb_header(const TriangleMesh& mesh, const Eigen::Vector3d& up) {
   const std::size_t vertices = mesh.vertices.size(), indices = 3 * mesh.triangles.size();
   Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::max()), high = -low;
   for (const Eigen::Vector3f& p : mesh.vertices) {
@@ -92,8 +93,12 @@ nlohmann::json glb_header(const TriangleMesh& mesh) {
   json["asset"] = {{"version", "2.0"}, {"generator", "stillmap"}};
   json["scene"] = 0;
   json["scenes"] = {{{"nodes", {0}}}};
-  // The camera's world has y downwards, glTF's upwards: half a turn about x.
-  json["nodes"] = {{{"mesh", 0}, {"rotation", {1.0, 0.0, 0.0, 0.0}}}};
+  // The camera's world has y downwards, glTF's upwards: half a turn about x, and the tilt of the
+  // first camera.
+  const Eigen::Quaterniond half_turn(0, 1, 0, 0);
+  const Eigen::Quaterniond q =
+      Eigen::Quaterniond::FromTwoVectors(half_turn * up, Eigen::Vector3d::UnitY()) * half_turn;
+  json["nodes"] = {{{"mesh", 0}, {"rotation", {q.x(), q.y(), q.z(), q.w()}}}};
   json["meshes"] = {
       {{"primitives",
         {{{"attributes", {{"POSITION", 1}, {"COLOR_0", 2}}}, {"indices", 0}, {"material", 0}}}}}};
@@ -119,9 +124,9 @@ nlohmann::json glb_header(const TriangleMesh& mesh) {
   return json;
 }
 
-std::string glb_bytes(const TriangleMesh& mesh) {
+std::string glb_bytes(const TriangleMesh& mesh, const Eigen::Vector3d& up) {
   constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x004E4942;
-  std::string header = json_text(glb_header(mesh)), buffer = glb_buffer(mesh);
+  std::string header = json_text(glb_header(mesh, up)), buffer = glb_buffer(mesh);
   pad(header, ' ');
   pad(buffer, '\0');
   ByteWriter bytes;
@@ -192,12 +197,12 @@ Cloud sampled(const TriangleMesh& mesh, double spacing) {
   return cloud;
 }
 
-void write_mesh(const fs::path& file, const TriangleMesh& mesh) {
+void write_mesh(const fs::path& file, const TriangleMesh& mesh, const Eigen::Vector3d& up) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (extension == ".ply") return write_file(file, ply_bytes(mesh));
   if (extension == ".obj") return write_file(file, obj_text(mesh));
-  if (extension == ".glb") return write_file(file, glb_bytes(mesh));
+  if (extension == ".glb") return write_file(file, glb_bytes(mesh, up));
   throw Error("a mesh cannot be written in this format", file.string(),
               "name a file that ends in .ply, .obj or .glb");
 }

@@ -33,6 +33,8 @@ Cloud sampled(const TriangleMesh& mesh, double spacing);
 /// gives the same bytes. Complete or not at all. Written by hand: tinygltf and Assimp would be
 /// large dependencies for one file header. Throws Error on another extension, and if the file
 /// cannot be written.
-void write_mesh(const std::filesystem::path& file, const TriangleMesh& mesh);
+/// @param up upward direction; programs show a .glb file upright along it
+void write_mesh(const std::filesystem::path& file, const TriangleMesh& mesh,
+                const Eigen::Vector3d& up = {0, -1, 0});
 
 }  // namespace stillmap

@@ -6,10 +6,12 @@
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/dense/cloud.hpp"
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <string>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -103,6 +105,22 @@ TEST(Mesh, IsWrittenAsConsistentGlb) {
   }
   EXPECT_EQ(word(buffer + 12), 0U);  // the second triangle: 0 2 3
   EXPECT_EQ(word(buffer + 16), 2U);
+  fs::remove(file);
+}
+
+// The first camera looks down by 30 degrees, so that up is between -y and -z of its frame.
+TEST(Mesh, StandsUprightAsGlb) {
+  const Eigen::Vector3d up(0, -std::cos(M_PI / 6), -std::sin(M_PI / 6));
+  const fs::path file = temporary("upright.glb");
+  for (const Eigen::Vector3d& direction : {Eigen::Vector3d(0, -1, 0), up}) {
+    write_mesh(file, small_mesh(), direction);
+    const std::string bytes = read_file(file);
+    std::uint32_t size = 0;
+    std::memcpy(&size, bytes.data() + 12, 4);
+    const auto q = nlohmann::json::parse(bytes.substr(20, size))["nodes"][0]["rotation"];
+    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+    EXPECT_NEAR((rotation * direction - Eigen::Vector3d::UnitY()).norm(), 0, 1e-6);
+  }
   fs::remove(file);
 }
 

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/bytes.hpp"
 #include "stillmap/base/counted.hpp"
+#include "stillmap/geometry/trimmed_box.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -142,6 +143,23 @@ nlohmann::json objects_json(const SemanticMap& semantics) {
          {"box", {{"min", triple(object.box.min())}, {"max", triple(object.box.max())}}}});
   }
   return {{"objects", list}};
+}
+
+void add_upright_boxes(const SemanticMap& semantics, const Cloud& cloud,
+                       const Eigen::Matrix3d& R_upright_world, nlohmann::json& objects) {
+  std::map<int, std::vector<Eigen::Vector3d>> points;  // by object, along the upright axes
+  for (std::size_t i = 0; i < semantics.object.size(); ++i)
+    points[semantics.object[i]].push_back(R_upright_world * cloud.points[i].cast<double>());
+  for (nlohmann::json& object : objects["objects"]) {
+    const auto& own = points[object["id"]];
+    if (own.empty()) continue;
+    const Eigen::AlignedBox3d box = trimmed_box(own, own.size() / 100);
+    object["upright_box"] = {{"center", triple(R_upright_world.transpose() * box.center())},
+                             {"size", triple(box.sizes())},
+                             {"axes",
+                              {triple(R_upright_world.row(0)), triple(R_upright_world.row(1)),
+                               triple(R_upright_world.row(2))}}};
+  }
 }
 
 }  // namespace stillmap

@@ -46,4 +46,10 @@ cv::Mat legend_image(const std::vector<ClassColor>& classes);
 /// "center", "box": {"min", "max"}}]}, meters, world frame.
 nlohmann::json objects_json(const SemanticMap& semantics);
 
+/// Adds "upright_box" to each object of objects_json(): {"center", "size", "axes"}, meters: the
+/// extent of its points, without the outermost 1 % on each side, along axes of which the last one
+/// points upwards. Center and axes in the world frame.
+void add_upright_boxes(const SemanticMap& semantics, const Cloud& cloud,
+                       const Eigen::Matrix3d& R_upright_world, nlohmann::json& objects);
+
 }  // namespace stillmap

@@ -4,10 +4,12 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/dense/cloud.hpp"
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <string>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -77,6 +79,29 @@ TEST(SemanticFiles, ListEachObjectOnce) {
   EXPECT_EQ(json["objects"][1]["class"], "chair");
   EXPECT_EQ(json["objects"][1]["center"], (nlohmann::json{0.5, 2.0, 3.5}));
   EXPECT_EQ(json["objects"][1]["box"]["max"], (nlohmann::json{1.0, 3.0, 5.0}));
+}
+
+// A shelf of 0.8 x 0.4 x 2 m that stands upright; the first camera is rolled by 30 degrees.
+TEST(SemanticFiles, UprightBoxesStandOnTheFloor) {
+  const Eigen::Matrix3d R_world_upright =
+      Eigen::AngleAxisd(M_PI / 6, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  SemanticMap map = semantics();
+  map.objects.resize(1);
+  map.object.clear();
+  Cloud shelf;
+  for (const double x : {1.0, 1.8})
+    for (const double y : {3.0, 3.4})
+      for (const double z : {0.0, 2.0}) {
+        shelf.add((R_world_upright * Eigen::Vector3d(x, y, z)).cast<float>(), {});
+        map.object.push_back(1);
+      }
+  nlohmann::json json = objects_json(map);
+  add_upright_boxes(map, shelf, R_world_upright.transpose(), json);
+  const auto& box = json["objects"][0]["upright_box"];
+  const auto vector = [](const nlohmann::json& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
+  EXPECT_LT((vector(box["size"]) - Eigen::Vector3d(0.8, 0.4, 2)).norm(), 1e-3);
+  EXPECT_LT((vector(box["center"]) - R_world_upright * Eigen::Vector3d(1.4, 3.2, 1)).norm(), 1e-3);
+  EXPECT_LT((vector(box["axes"][2]) - R_world_upright.col(2)).norm(), 1e-3);
 }
 
 TEST(SemanticFiles, AcceptAMapWithoutObjects) {

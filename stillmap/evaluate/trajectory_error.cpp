@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/trajectory_error.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/only_positions.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
@@ -55,15 +56,16 @@ std::size_t nearest(std::span<const double> stamps, double t) {
 }
 
 std::string time_span(const Trajectory& trajectory) {
-  return fmt::format("{:.6f} to {:.6f} s ({} poses)", trajectory.front().timestamp,
-                     trajectory.back().timestamp, trajectory.size());
+  return fmt::format("{:.6f} to {:.6f} s ({})", trajectory.front().timestamp,
+                     trajectory.back().timestamp, counted(trajectory.size(), "pose"));
 }
 
 void require_poses(const Trajectory& truth, const Trajectory& estimate, std::size_t least) {
   const auto require = [least](const Trajectory& trajectory, const std::string& name) {
     if (trajectory.size() >= least) return;
-    throw Error(fmt::format("has {} poses, at least {} are needed", trajectory.size(), least), name,
-                "check that tracking gave poses and that the right file was named");
+    throw Error(
+        fmt::format("has {}, at least {} are needed", counted(trajectory.size(), "pose"), least),
+        name, "check that tracking gave poses and that the right file was named");
   };
   require(truth, "true trajectory");
   require(estimate, "estimated trajectory");

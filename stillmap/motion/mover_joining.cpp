@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace stillmap {
 namespace {
@@ -21,8 +22,10 @@ constexpr double kSameAppearance = 0.4;
 /// An appearance is that of the same object if its distance is less than this share of the
 /// distance to any other object that was visible at the same time; chosen on simulated scenes.
 constexpr double kDistinct = 0.8;
-/// Longest absence of an object without colors [s].
+/// Longest absence of an object without colors [s], and the minimum number of detections whose
+/// colors tell an object: fewer may be of one blurred image.
 constexpr double kMaxAbsenceWithoutColors = 1.5;
+constexpr int kMinColored = 5;
 /// Share of the frames with both detections in which two tracks of one object are within each
 /// other.
 constexpr double kWithinShare = 0.5;
@@ -109,6 +112,16 @@ double detour(const MoverTrack& a, std::size_t from, const MoverTrack& b, std::s
 std::size_t frame_at(const MoverTrack& track, std::size_t sample) {
   return sample < track.samples.size() ? track.samples[sample].frame_index
                                        : std::numeric_limits<std::size_t>::max();
+}
+
+int detections_of(const MoverTrack& track) {
+  return static_cast<int>(std::ranges::count_if(track.samples, &MoverSample::observed));
+}
+
+/// Returns the distance of the appearances of two tracks; none if that of one is unknown.
+std::optional<double> appearance_distance(const MoverTrack& a, const MoverTrack& b) {
+  if (std::min(detections_of(a), detections_of(b)) < kMinColored) return std::nullopt;
+  return a.appearance.distance(b.appearance);
 }
 
 struct Transition {
@@ -209,7 +222,7 @@ class Joining {
     if (!may_be_one(a, b) || common_frames(tracks_[a], tracks_[b]).differ()) return kNever;
     const Transition change = transition(tracks_[a], tracks_[b]);
     if (change.detour > 1) return kNever;
-    const auto distance = tracks_[a].appearance.distance(tracks_[b].appearance);
+    const auto distance = appearance_distance(tracks_[a], tracks_[b]);
     const double motion_cost = change.detour + change.absence / kMaxAbsence;
     if (!distance) return change.absence <= kMaxAbsenceWithoutColors ? 1 + motion_cost : kNever;
     const double limit = largest_distance(a, b);

@@ -98,6 +98,16 @@ TEST(JoinedMovers, APersonTooFarAwayIsAnother) {
               ElementsAre(1, 2));
 }
 
+TEST(JoinedMovers, AFewDetectionsElsewhereAreNoPartOfALaterTrack) {
+  const Path still = walk({0, 0, 3}, {0, 0, 0});
+  const MoverTrack few = track(1, 0, 0.1, walk({3, 0, 3}, {0, 0, 0}), kAnna);
+  const auto joined = joined_movers({few, track(2, 3, 5, still, kAnna)});
+  ASSERT_THAT(ids(joined), ElementsAre(2));
+  EXPECT_THAT(ids(joined_movers({track(1, 0, 0.1, still, kAnna), track(2, 1, 3, still, kAnna)})),
+              ElementsAre(1))
+      << "seen again while a track lives";
+}
+
 TEST(JoinedMovers, AfterALongAbsenceItIsANewTrack) {
   EXPECT_THAT(ids(joined_movers({track(1, 0, 2, kWalk, kAnna), track(2, 14, 16, kWalk, kAnna)})),
               ElementsAre(1, 2));

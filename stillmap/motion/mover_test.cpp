@@ -15,6 +15,7 @@
 namespace stillmap {
 namespace {
 
+using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -383,6 +384,21 @@ TEST(MoverTracker, APersonWhoStopsKeepsItsTrackAndNoTrackIsBornAtRest) {
   EXPECT_LT(movers[0].now.velocity.norm(), 0.02);
   EXPECT_TRUE(movers[0].now.observed);
   EXPECT_FALSE(movers[0].now.moves);
+}
+
+// A surface that has motion evidence but was in the same place before, such as the wall behind.
+TEST(MoverTracker, AStillSurfaceOfNoClassDoesNotContinueAPerson) {
+  MoverTracker tracker;
+  MoverDetection wall = detection({0.9, 0, 3.3}, "unknown");
+  wall.moves = false;
+  for (std::size_t i = 0; i < 150; ++i) {
+    std::vector<MoverDetection> seen{wall};
+    if (i < 30) seen.push_back(detection({0.03 * static_cast<double>(i), 0, 3}));
+    step(tracker, i, seen);
+  }
+  EXPECT_THAT(tracker.current(), IsEmpty()) << "the person left four seconds ago";
+  ASSERT_THAT(tracker.tracks(same_pose), SizeIs(1));
+  EXPECT_NEAR(tracker.tracks(same_pose)[0].last_seen, 29 * kInterval, 1e-9);
 }
 
 TEST(MoverTracker, AReturningPersonKeepsItsIdOnlyForAShortTime) {

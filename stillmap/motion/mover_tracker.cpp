@@ -29,7 +29,8 @@ constexpr double kColorNoise = 0.2;
 constexpr double kReach = 0.8;
 /// Number of detections in a row that make a track.
 constexpr int kBirths = 3;
-/// Time that a track lives without a detection [s].
+/// Time that a track lives without a detection, and that one of a known class is assigned
+/// detections that do not confirm it [s].
 constexpr double kSurvival = 1.5;
 /// Share of an object's remembered extent that lasts over one more detection.
 constexpr double kExtentMemory = 0.9;
@@ -57,6 +58,12 @@ Eigen::AlignedBox3d transformed(const Eigen::AlignedBox3d& box, const Pose& T) {
 
 double variance_of(const MoverDetection& detection) {
   return square(detection.cut_off ? kCutOffNoise : kPositionNoise);
+}
+
+/// Returns whether a detection is evidence of an object of its own: it has a class or moves. Other
+/// detections are surfaces with motion evidence that were in the same place before.
+bool confirms(const MoverDetection& detection) {
+  return detection.moves || detection.class_name != kUnknown;
 }
 
 }  // namespace
@@ -154,6 +161,8 @@ double MoverTracker::cost(const Track& track, const MoverDetection& detection) c
   const std::string name = track.class_name();
   if (name != kUnknown && detection.class_name != kUnknown && name != detection.class_name)
     return kNever;
+  if (name != kUnknown && !confirms(detection) && *timestamp_ - track.confirmed > kSurvival)
+    return kNever;
   const double S = track.P(0, 0) + variance_of(detection);
   const double distance = (detection.centroid - track.p).squaredNorm();
   if (distance > square(kReach) || distance > kGate * S) return kNever;
@@ -194,6 +203,7 @@ void MoverTracker::correct(Track& track, const MoverDetection& detection) const 
 
 void MoverTracker::observe(Track& track, const MoverDetection& detection) const {
   ++track.detections;
+  if (confirms(detection)) track.confirmed = *timestamp_;
   track.appearance.add(detection.appearance);
   if (detection.class_name != kUnknown)
     track.votes[detection.class_name] += detection.class_confidence;
@@ -249,10 +259,14 @@ void MoverTracker::retire() {
   tracks_ = std::move(alive);
 }
 
-/// Keeps a track up to its last detection, if it was born.
+/// Keeps a track up to its last detection, if it was born; of a known class, up to the last one
+/// that confirms it.
 void MoverTracker::archive(Track&& track) {
   if (track.id == 0) return;
-  while (!track.samples.back().observed) track.samples.pop_back();
+  const bool known = track.class_name() != kUnknown;
+  while (!track.samples.back().observed ||
+         (known && track.samples.back().timestamp > track.confirmed))
+    track.samples.pop_back();
   ended_.push_back(std::move(track));
 }
 
@@ -287,6 +301,7 @@ void MoverTracker::absorb(Track& older, const Track& younger) const {
   }
   for (const auto& [name, vote] : younger.votes) older.votes[name] += vote;
   older.detections += younger.detections;
+  older.confirmed = std::max(older.confirmed, younger.confirmed);
   older.appearance.add(younger.appearance);
 }
 

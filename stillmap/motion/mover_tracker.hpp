@@ -66,6 +66,8 @@ MoverSample moved(const MoverSample& sample, const Pose& T);
 /// A track is born by three moving detections in a row; detections at rest keep it alive: a person
 /// who stops stays a track with a velocity near zero as long as an instance is detected. (Without a
 /// network, an object that stops has no detections any more and becomes part of the static world.)
+/// An object of a known class is continued by detections without a class that do not move, such as
+/// the wall behind a person who left, for 1.5 seconds only; at its end they are left out.
 /// A track survives 1.5 seconds without a detection, with a decaying velocity, and is found again
 /// within that time; one that returns later gets a new track, which joined_movers() may join at the
 /// end of the run. Two tracks that stay within each other are one object with the older id.
@@ -103,6 +105,7 @@ class MoverTracker {
     Eigen::AlignedBox3d box_offset, surface_offset;  // relative to p [m]
     std::array<std::optional<double>, 2> extent;  // along the camera's axes when fully visible [m]
     int detections = 0;
+    double confirmed = 0;  // time of the last detection that has a class or moves [s]
     int world = 0;
     Appearance appearance;
     std::map<std::string, double> votes;  // sum of confidences by class

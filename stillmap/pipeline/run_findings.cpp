@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -54,6 +55,9 @@ std::string main_reason(const RunDetails& record) {
   return result.frames.empty() ? "no frame could be read" : "the run ended before its map began";
 }
 
+/// Returns the verb of so many subjects.
+std::string_view have(std::size_t subjects) { return subjects == 1 ? "has" : "have"; }
+
 void add_coverage(const RunDetails& record, std::vector<Finding>& findings) {
   const std::size_t total = record.total_frames(), tracked = record.result.tracked();
   if (total > 0 && share(tracked, total) >= kMinCoverage) return;
@@ -61,9 +65,9 @@ void add_coverage(const RunDetails& record, std::vector<Finding>& findings) {
     const bool waits = record.options.network.mask_delay == 0;
     findings.push_back(make_finding(
         "low-coverage",
-        fmt::format("only {} of {} frames have a pose: {} were dropped, because reading or "
-                    "tracking takes longer than the time between two frames",
-                    tracked, total, record.dropped.size()),
+        fmt::format("only {} of {} {} a pose: {} were dropped, because reading or tracking takes "
+                    "longer than the time between two frames",
+                    tracked, counted(total, "frame"), have(total), record.dropped.size()),
         fmt::format("use --schedule lockstep{}",
                     waits ? ", or do not let tracking wait for the network: --set "
                             "network.mask_delay=-1"
@@ -74,8 +78,8 @@ void add_coverage(const RunDetails& record, std::vector<Finding>& findings) {
   const bool only_localized = record.loaded && !record.loaded->extended;
   findings.push_back(make_finding(
       "low-coverage",
-      fmt::format("only {} of {} frames have a pose (most often: {})", tracked, total,
-                  main_reason(record)),
+      fmt::format("only {} of {} {} a pose (most often: {})", tracked, counted(total, "frame"),
+                  have(total), main_reason(record)),
       fmt::format("{}check the camera, its depth factor and the images with: stillmap "
                   "doctor RECORDING",
                   only_localized ? "if the camera was in the place of the loaded map, " : ""),
@@ -92,8 +96,8 @@ void add_unusable(const RunDetails& record, std::vector<Finding>& findings) {
   const auto& first = *std::find_if(record.skipped.begin(), record.skipped.end(), is_unusable);
   findings.push_back(make_finding(
       "unusable-frames",
-      fmt::format("{} of {} frames of the recording could not be used; the first: {:.6f}: {}",
-                  count, record.total_frames(), first.timestamp, first.reason),
+      fmt::format("{} of {} of the recording could not be used; the first: {:.6f}: {}", count,
+                  counted(record.total_frames(), "frame"), first.timestamp, first.reason),
       "see what is wrong with: stillmap doctor RECORDING",
       {{"share", share(count, record.total_frames())}}));
 }

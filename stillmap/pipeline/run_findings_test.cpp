@@ -47,6 +47,9 @@ TEST(RunFindings, FewFramesWithAPoseAreToldWithTheMainReason) {
   EXPECT_THAT(texts(record),
               ElementsAre(HasSubstr("4 of 10 frames have a pose (most often: too few keypoints)")));
   EXPECT_THAT(texts(RunDetails{}), ElementsAre(HasSubstr("0 of 0 frames")));
+  RunDetails one;
+  one.frames = 1;
+  EXPECT_THAT(texts(one), ElementsAre(HasSubstr("0 of 1 frame has a pose")));
   record.loaded = LoadedMap{.file = "office.map", .extended = false};
   EXPECT_THAT(texts(record), ElementsAre(HasSubstr("if the camera was in the place of the")));
   record = good_run();

@@ -388,8 +388,10 @@ RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
     use_realsense_timestamps(recording, *stream);
   }
   streams.fps = rate_of(streams.color);
-  streams.depth_factor =
-      1 / realsense_depth_unit(recording, streams.depth.name).value_or(1 / streams.depth_factor);
+  if (const auto unit = realsense_depth_unit(recording, streams.depth.name)) {
+    streams.depth_factor = 1 / *unit;
+    streams.unit_is_recorded = true;
+  }
   streams.sensor = sensor_of(recording, streams);
   streams.notes.push_back(fmt::format("color: {}, {}, {} x {} {}, {:.3g} Hz", streams.color.name,
                                       counted(streams.color.images.size(), "image"),

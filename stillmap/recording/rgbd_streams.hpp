@@ -50,9 +50,10 @@ struct RgbdStreams {
   /// Pose of the depth camera in the frame of the color camera; none if the depth images are
   /// registered to the color images.
   std::optional<Pose> T_color_depth;
-  double depth_factor = 1000;  ///< Units per meter of 16-bit depth [1/m].
-  double fps = 30;             ///< Rate of the color images [Hz].
-  std::string sensor;          ///< Name for find_depth_sensor(); empty if it is not known.
+  double depth_factor = 1000;     ///< Units per meter of 16-bit depth [1/m].
+  bool unit_is_recorded = false;  ///< Whether the recording contains the unit.
+  double fps = 30;                ///< Rate of the color images [Hz].
+  std::string sensor;             ///< Name for find_depth_sensor(); empty if it is not known.
   /// One sentence for each choice and each assumption.
   std::vector<std::string> notes;
 };

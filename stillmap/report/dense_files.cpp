@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/dense_files.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/map_mesh.hpp"
 #include "stillmap/dense/mesh.hpp"
 #include "stillmap/dense/semantic_files.hpp"
+#include "stillmap/dense/surfels.hpp"
 #include "stillmap/report/chart.hpp"
 #include "stillmap/report/cloud_image.hpp"
 #include "stillmap/report/planner_files.hpp"
@@ -41,9 +43,16 @@ cv::Mat before_and_after(const DenseResults& results, const CloudView& view, con
   return half;
 }
 
+/// Returns upright_axes() of the map.
+Eigen::Matrix3d upright_axes_of(const PlacedMap& placed, const FloorHints& hints) {
+  std::vector<Pose> cameras;
+  for (const PosedView& view : placed.views) cameras.push_back(view.T_world_camera);
+  return upright_axes(surfels_of(placed, kFloorSurfel), cameras, hints);
+}
+
 /// Writes the objects in the cloud; returns their image, with the legend in a corner.
 CaptionedImage write_semantics(const DenseResults& results, const CloudView& view,
-                               ResultFolder& folder) {
+                               const Eigen::Matrix3d& R_upright_world, ResultFolder& folder) {
   const Cloud& cloud = results.cloud.cloud;
   const SemanticMap& objects = results.cloud.semantics;
   const Cloud classes = colored_by_class(cloud, objects);
@@ -51,25 +60,27 @@ CaptionedImage write_semantics(const DenseResults& results, const CloudView& vie
   folder.write_text("semantic.ply", semantic_ply(cloud, objects));
   folder.write("semantic_classes.ply", [&](const fs::path& file) { write_ply(file, classes); });
   write_image(folder, "semantic_legend.png", legend);
-  folder.write_text("objects.json", json_text(objects_json(objects), 2) + "\n");
+  nlohmann::json list = objects_json(objects);
+  add_upright_boxes(objects, cloud, R_upright_world, list);
+  folder.write_text("objects.json", json_text(list, 2) + "\n");
   cv::Mat image = image_of(classes, results.trajectory, view);
   const cv::Rect corner(0, 0, std::min(legend.cols, image.cols), std::min(legend.rows, image.rows));
   legend(corner).copyTo(image(corner));
   write_image(folder, "semantic.png", image);
-  return {image, fmt::format("{} static objects of {} classes", objects.objects.size(),
-                             class_colors(objects).size())};
+  return {image, fmt::format("{} of {}", counted(objects.objects.size(), "static object"),
+                             counted(class_colors(objects).size(), "class"))};
 }
 
 CaptionedImage write_meshes(const DenseResults& results, const CloudView& view,
                             const MeshOptions& options, const std::vector<std::string>& formats,
-                            ResultFolder& folder) {
+                            const Eigen::Vector3d& up, ResultFolder& folder) {
   const TriangleMesh mesh = make_mesh(results.placed, options);
   for (const std::string& format : formats)
-    folder.write("mesh." + format, [&](const fs::path& file) { write_mesh(file, mesh); });
+    folder.write("mesh." + format, [&](const fs::path& file) { write_mesh(file, mesh, up); });
   const cv::Mat image = image_of(sampled(mesh, 0.25 * options.voxel), results.trajectory, view);
   write_image(folder, "mesh.png", image);
-  return {image, fmt::format("mesh of {} triangles, voxel size {} m", mesh.triangles.size(),
-                             options.voxel)};
+  return {image, fmt::format("mesh of {}, voxel size {} m",
+                             counted(mesh.triangles.size(), "triangle"), options.voxel)};
 }
 
 }  // namespace
@@ -91,16 +102,22 @@ DenseFiles write_dense_files(const DenseResults& results, const DenseOptions& op
   if (cloud.empty()) return written;
   const CloudView view = choose_cloud_view({cloud.points, cloud.colors, {}}, results.trajectory);
   images.push_back({image_of(cloud, results.trajectory, view),
-                    fmt::format("{} points, with camera poses; {} voxels removed because other "
-                                "views saw through them",
-                                cloud.size(), results.cloud.voxels_removed)});
+                    fmt::format("{}, with camera poses; {} removed because other views saw through "
+                                "them",
+                                counted(cloud.size(), "point"),
+                                counted(results.cloud.voxels_removed, "voxel"))});
   write_image(folder, "cloud.png", images.front().image);
   images.push_back({before_and_after(results, view, images.front().image),
                     "all measurements (left) and the static cloud (right)"});
   write_image(folder, "cloud_before_after.png", images.back().image);
-  if (!results.cloud.semantics.empty()) images.push_back(write_semantics(results, view, folder));
-  if (!outputs.mesh.empty())
-    images.push_back(write_meshes(results, view, options.mesh, outputs.mesh, folder));
+  const bool has_objects = !results.cloud.semantics.empty(), has_mesh = !outputs.mesh.empty();
+  if (has_objects || has_mesh) {
+    const Eigen::Matrix3d R = upright_axes_of(results.placed, outputs.floor);
+    if (has_objects) images.push_back(write_semantics(results, view, R, folder));
+    if (has_mesh)
+      images.push_back(
+          write_meshes(results, view, options.mesh, outputs.mesh, R.row(2).transpose(), folder));
+  }
   if (outputs.planner) {
     PlannerFiles planner = write_planner_files({results.placed, results.trajectory, results.movers},
                                                options.occupancy, outputs.floor, folder);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/report_page.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/report/html_page.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/report_charts.hpp"
@@ -106,12 +107,13 @@ void add_coverage_tile(const RunRecord& record, std::vector<Tile>& tiles) {
   if (coverage.total == 0) return;
   const double share = coverage.share();
   const std::size_t late = record.late_frames().size();
-  tiles.push_back({"Coverage", fmt::format("{:.1f}", 100 * share), "%",
-                   fmt::format("{} of {} frames tracked{}", coverage.tracked, coverage.total,
-                               late > 0 ? fmt::format(", {} dropped late", late) : ""),
-                   coverage.tracked >= coverage.total ? "good"
-                   : share < 0.95                     ? "bad"
-                                                      : ""});
+  tiles.push_back(
+      {"Coverage", fmt::format("{:.1f}", 100 * share), "%",
+       fmt::format("{} of {} tracked{}", coverage.tracked, counted(coverage.total, "frame"),
+                   late > 0 ? fmt::format(", {} dropped late", late) : ""),
+       coverage.tracked >= coverage.total ? "good"
+       : share < 0.95                     ? "bad"
+                                          : ""});
 }
 
 void add_speed_tiles(const RunRecord& record, std::vector<Tile>& tiles) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/segment/tolerant_detector.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/warning.hpp"
 
 #include <fmt/format.h>
@@ -57,8 +58,9 @@ void TolerantDetector::count(const Error& failure, std::size_t frame) {
 std::string TolerantDetector::skipped() const {
   std::string skipped = detector_->skipped();
   if (failed_ == 0) return skipped;
-  return fmt::format("{}{}the detector failed in {} of {} frames; the first: {}", skipped,
-                     skipped.empty() ? "" : "; ", failed_, frames_, first_failure_);
+  return fmt::format("{}{}the detector failed in {} of {}; the first: {}", skipped,
+                     skipped.empty() ? "" : "; ", failed_, counted(frames_, "frame"),
+                     first_failure_);
 }
 
 }  // namespace stillmap

@@ -162,7 +162,8 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
   if (const std::size_t without = frames.size() - offsets.size(); without > 0) {
     const bool many = 10 * without > frames.size();
     const std::string text =
-        fmt::format("{} of {} color images have no depth image", without, frames.size());
+        fmt::format("{} of {} {} no depth image", without, counted(frames.size(), "color image"),
+                    frames.size() == 1 ? "has" : "have");
     if (many)
       diagnosis.add(make_finding(
           "sparse-depth", text,
@@ -406,16 +407,29 @@ std::string implausible(const DepthSpread& depths, const DepthSensor& sensor) {
   return "";
 }
 
-/// Returns the common depth factor with the most plausible depths (median nearest to 2 m); 0 if
-/// none is plausible.
-double plausible_factor(const DepthSpread& raw, const DepthSensor& sensor) {
-  double best = 0;
-  const auto distance = [&](double factor) { return std::abs(std::log(raw.median / factor / 2)); };
-  for (const double factor : {5000.0, 1000.0, 10000.0, 100.0}) {
-    if (!implausible(raw.in_meters(factor), sensor).empty()) continue;
-    if (best == 0 || distance(factor) < distance(best)) best = factor;
-  }
-  return best;
+/// Returns the common depth factors that give plausible depths, the likeliest first: median nearest
+/// to 2 m.
+std::vector<double> plausible_factors(const DepthSpread& raw, const DepthSensor& sensor) {
+  std::vector<double> factors{5000, 1000, 10000, 100};
+  std::erase_if(factors,
+                [&](double factor) { return !implausible(raw.in_meters(factor), sensor).empty(); });
+  std::ranges::stable_sort(
+      factors, {}, [&](double factor) { return std::abs(std::log(raw.median / factor / 2)); });
+  return factors;
+}
+
+/// Returns what to do about a wrong depth factor. Two factors may be equally likely: at 1 m a
+/// camera in 0.1 mm (RealSense D405) has the readings of TUM's images at 2 m.
+std::string fix_of_factor(const DepthSpread& raw, const Camera& camera) {
+  constexpr std::size_t kMost = 2;  // factors named
+  const auto factors = plausible_factors(raw, camera.depth_sensor);
+  if (factors.empty())
+    return fmt::format("check the depth factor: {:g} raw units per meter", camera.depth_factor);
+  std::string fix = fmt::format("set the depth factor ({:g})", camera.depth_factor);
+  for (std::size_t i = 0; i < std::min(kMost, factors.size()); ++i)
+    fix += fmt::format("{} to {:g} if the median depth should be {:.2f} m", i == 0 ? "" : ", or",
+                       factors[i], raw.median / factors[i]);
+  return fix;
 }
 
 void check_scale(const Sample& sample, const Camera& camera, Diagnosis& diagnosis) {
@@ -434,14 +448,8 @@ void check_scale(const Sample& sample, const Camera& camera, Diagnosis& diagnosi
   }
   const std::string problem = implausible(meters, camera.depth_sensor);
   if (problem.empty()) return diagnosis.add_ok(text);
-  const double better = plausible_factor(raw, camera.depth_sensor);
-  diagnosis.add(make_finding(
-      "depth-factor", problem,
-      better > 0 ? fmt::format(
-                       "set the depth factor ({:g}) to {:g} if the median depth should be {:.2f} m",
-                       factor, better, raw.median / better)
-                 : fmt::format("check the depth factor: {:g} raw units per meter", factor),
-      {{"given", factor}, {"median_m", meters.median}}));
+  diagnosis.add(make_finding("depth-factor", problem, fix_of_factor(raw, camera),
+                             {{"given", factor}, {"median_m", meters.median}}));
 }
 
 void check_depth(const Sample& sample, const Camera& camera, const DoctorOptions& options,
@@ -496,9 +504,11 @@ void check_jumps(const Trajectory& truth, const DoctorOptions& options, Diagnosi
         "errors measured there are errors of the ground truth"));
   }
   if (repeats > 0) {
-    diagnosis.add(make_finding("truth-quality",
-                               fmt::format("{} timestamps of the ground truth repeat", repeats),
-                               "keep one pose per timestamp"));
+    diagnosis.add(
+        make_finding("truth-quality",
+                     fmt::format("{} of the ground truth {}", counted(repeats, "timestamp"),
+                                 repeats == 1 ? "repeats" : "repeat"),
+                     "keep one pose per timestamp"));
   }
 }
 
@@ -515,8 +525,8 @@ void check_ground_truth(const SequencePaths& paths, const std::vector<FrameFiles
     const auto covered = associate(stamps, truth_stamps).size();
     const double share = static_cast<double>(covered) / static_cast<double>(frames.size());
     const std::string text =
-        fmt::format("ground truth: {} poses, {:.1f} % of the frames have one within 0.02 s",
-                    truth.size(), 100 * share);
+        fmt::format("ground truth: {}, {:.1f} % of the frames have one within 0.02 s",
+                    counted(truth.size(), "pose"), 100 * share);
     if (covered == 0) {
       diagnosis.add(with_severity(
           Severity::kError,
@@ -548,7 +558,7 @@ void check_masks(const SequencePaths& paths, const std::vector<FrameFiles>& fram
   });
   const bool all = static_cast<std::size_t>(present) == frames.size();
   const std::string text =
-      fmt::format("mask/ holds masks for {} of {} frames", present, frames.size());
+      fmt::format("mask/ holds masks for {} of {}", present, counted(frames.size(), "frame"));
   if (all)
     diagnosis.add_ok(text);
   else

@@ -113,6 +113,17 @@ TEST_F(Doctor, SuggestsThePlausibleDepthFactor) {
   EXPECT_THAT(untrusted(), HasSubstr("set the depth factor (5000) to 1000"));
 }
 
+// A RealSense D405 at 1.2 m, in 0.1 mm.
+TEST_F(Doctor, SuggestsEachOfTwoDepthFactorsThatAreEquallyPlausible) {
+  Camera camera = TestSequence::camera();
+  camera.depth_factor = 1000;
+  write_camera(sequence_.path("camera.yaml"), camera);
+  for (int i = 0; i < 12; ++i)
+    sequence_.write_image(TestSequence::depth_name(i), cv::Mat1w(48, 64, std::uint16_t{12000}));
+  EXPECT_THAT(untrusted(), HasSubstr("(1000) to 5000 if the median depth should be 2.40 m, or to "
+                                     "10000 if the median depth should be 1.20 m"));
+}
+
 TEST_F(Doctor, DoubtsAUnitInWhichMostDepthsAreOutOfTheRangeOfTheSensor) {
   Camera camera = TestSequence::camera();  // the depths are 1 to 3 m
   EXPECT_FALSE(depth_unit_finding(sequence_.folder(), camera));

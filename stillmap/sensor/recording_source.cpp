@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/recording_source.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
@@ -90,6 +91,13 @@ Stretch longest_stretch(const std::vector<MessageEntry>& images) {
 std::vector<MessageEntry> part_of(const std::vector<MessageEntry>& images, Stretch stretch) {
   const auto at = [&](std::size_t i) { return images.begin() + static_cast<std::ptrdiff_t>(i); };
   return {at(stretch.first), at(stretch.second)};
+}
+
+/// Returns whether the driver of ROS publishes this depth: it converts to millimeters
+/// (realsense-ros, fix_depth_scale()).
+bool is_of_realsense_ros(const std::string& topic) {
+  return topic.find("/aligned_depth_to_color/image_raw") != std::string::npos ||
+         topic.find("/depth/image_rect_raw") != std::string::npos;
 }
 
 }  // namespace
@@ -201,8 +209,8 @@ void RecordingSource::keep_longest_stretch() {
     return;
   streams_.notes.push_back(fmt::format(
       "warning: the stamps of {} jump back, as if a recording had been played in a loop while it "
-      "was recorded; its longest stretch is used, {} of {} images",
-      streams_.color.name, end - begin, color.size()));
+      "was recorded; its longest stretch is used, {} of {}",
+      streams_.color.name, end - begin, counted(color.size(), "image")));
   // Depth images of the stretch were recorded between the color images before and after it.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::int64_t first = begin > 0 ? color[begin - 1].log_time : Limits::min();
@@ -269,21 +277,26 @@ double RecordingSource::median_raw_depth() {
   return readings.empty() ? 0 : upper_median(readings);
 }
 
-/// Sets the unit of 16-bit depth to 0.1 mm, that of a D405, if the topic or frame names one. Some
-/// programs convert to millimeters, so the readings decide: a D405 measures up to half a meter
-/// (datasheet).
+/// Sets the unit of 16-bit depth to 0.1 mm, that of a D405, if the recording names one, tells no
+/// unit, and the depths are too large for millimeters: the depth of a D405 is of no use from sigma
+/// = 0.1 m on. Programs other than the driver seldom convert, and a D405 is made for up to half a
+/// meter (datasheet).
 void RecordingSource::use_unit_of_d405() {
-  constexpr double kFarthest = 1;  // median, with a margin [m]
-  const ImageStream& depth = streams_.depth;
-  const bool named = (depth.name + depth.frame).find("d405") != std::string::npos;
-  if (!named || streams_.depth_factor != kMillimeters ||
-      median_raw_depth_ < kFarthest * kMillimeters)
-    return;
+  constexpr double kFarthest = 1, kUselessSigma = 0.1;  // [m]
+  const std::string& topic = streams_.depth.name;
+  const DepthSensor& d405 = find_depth_sensor("realsense_d405");
+  if (streams_.sensor != d405.name || streams_.unit_is_recorded) return;
+  const double in_millimeters = median_raw_depth_ / kMillimeters;  // [m]
+  const bool both_plausible = in_millimeters < d405.depth_at_sigma(kUselessSigma);
+  if (in_millimeters < kFarthest || (both_plausible && is_of_realsense_ros(topic))) return;
   streams_.depth_factor = kTenthsOfMillimeters;
-  streams_.notes.push_back(
-      fmt::format("depth unit: 0.1 mm, that of a D405, by the name of {}; in millimeters the "
-                  "median depth would be {:.2f} m",
-                  depth.name, median_raw_depth_ / kMillimeters));
+  streams_.notes.push_back(fmt::format(
+      "{}depth unit: 0.1 mm, that of a D405, by the names of the topics; in millimeters the median "
+      "depth of {} would be {:.2f} m{}",
+      both_plausible ? "warning: " : "", topic, in_millimeters,
+      both_plausible
+          ? ": if that is right, give a camera file with 'depth_factor: 1000' by --camera"
+          : ""));
 }
 
 /// Returns a warning if the depths are beyond the range of the sensor; empty otherwise.
@@ -314,8 +327,8 @@ void RecordingSource::require_one_usable_frame() {
     }
     if (first_problem.empty()) first_problem = problem;
   }
-  throw Error(fmt::format("none of the {} frames can be used; the first: an image of {}",
-                          frames_.size(), first_problem),
+  throw Error(fmt::format("none of the {} can be used; the first: an image of {}",
+                          counted(frames_.size(), "frame"), first_problem),
               recording_.path().string(), kImageFix);
 }
 

@@ -11,6 +11,7 @@
 #include <limits>
 #include <random>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
@@ -24,6 +25,7 @@ using test::Kind;
 using test::TestCamera;
 using test::TestFolder;
 using test::TestMessage;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
@@ -201,13 +203,15 @@ TEST(RecordingSource, AGivenCameraMayLackTheSizeOfTheImages) {
 }
 
 // Two frames with this depth everywhere, of a camera with this name.
-std::vector<TestMessage> messages_with_depth(const std::string& name, std::uint16_t raw) {
+std::vector<TestMessage> messages_with_depth(const std::string& name, std::uint16_t raw,
+                                             const std::string& depth_topic = "/depth/image") {
   const std::string pixels = bytes_of(cv::Mat1w(48, 64, raw));
   auto all = messages(2);
   std::uint32_t time = 0;  // ns
   for (TestMessage& message : all) {
     message.topic = "/" + name + message.topic;
     if (!message.topic.ends_with("/depth/image")) continue;
+    message.topic = fmt::format("/{}{}", name, depth_topic);
     message.data = TestCamera{.frame = "color"}.image(100, time, 64, 48, "16UC1", 2, pixels);
     time += 33'333'333;
   }
@@ -219,10 +223,24 @@ TEST(RecordingSource, TheDepthOfAD405IsInItsUnitUnlessItWasConverted) {
   RecordingSource own(folder.write_sqlite("a.db3", messages_with_depth("d405", 3000)), std::nullopt,
                       "");
   EXPECT_EQ(own.camera().depth_factor, 10000);
-  EXPECT_THAT(own.notes(), ::testing::Contains(HasSubstr("0.1 mm, that of a D405")));
+  EXPECT_THAT(own.notes(),
+              ::testing::Contains(AllOf(HasSubstr("warning: depth unit: 0.1 mm, that of a D405"),
+                                        HasSubstr("'depth_factor: 1000'"))));
   RecordingSource converted(folder.write_sqlite("b.db3", messages_with_depth("d405", 300)),
                             std::nullopt, "");
   EXPECT_EQ(converted.camera().depth_factor, 1000);
+}
+
+// realsense-ros converts to millimeters, so that 1.5 m are 1500; readings of 12000 cannot be.
+TEST(RecordingSource, TheDriversDepthOfAD405IsInMillimetersUnlessItIsTooFar) {
+  const TestFolder folder;
+  const char* driver = "/aligned_depth_to_color/image_raw";
+  RecordingSource converted(folder.write_sqlite("a.db3", messages_with_depth("d405", 1500, driver)),
+                            std::nullopt, "");
+  EXPECT_EQ(converted.camera().depth_factor, 1000);
+  RecordingSource own(folder.write_sqlite("b.db3", messages_with_depth("d405", 12000, driver)),
+                      std::nullopt, "");
+  EXPECT_EQ(own.camera().depth_factor, 10000);
 }
 
 TEST(RecordingSource, DepthsBeyondTheSensorAreToldWithAFactorThatFits) {

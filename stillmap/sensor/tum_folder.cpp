@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/tum_folder.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/sensor/camera_file.hpp"
@@ -93,8 +94,8 @@ void TumFolder::require_one_usable_frame() const {
     if (first_problem.empty()) first_problem = problem;
   }
   throw Error(
-      fmt::format("none of the {} frames can be used; the first: {}", list_.frames.size(),
-                  first_problem),
+      fmt::format("none of the {} can be used; the first: {}",
+                  counted(list_.frames.size(), "frame"), first_problem),
       list_.frames.front().color.parent_path().parent_path().string(),
       first_problem.ends_with("is missing")
           ? "copy the images to where the lists name them, or correct the names in the lists"

@@ -18,6 +18,13 @@ export const hasMovers = () => trails.size + tracks.size > 0;
 export const samplesOf = (id) => (tracks.has(id) ? tracks.get(id).samples : []);
 export const shadeOf = (id) => (alarmed.has(id) ? color('lost') : colorOfId(id));
 
+// Returns the edges of a box with axes of its own, and the middle of its upper face; the last axis points upwards.
+function uprightEdges({ center, size, axes }) {
+  const half = size.map((side) => side / 2), edges = boxEdges(half.map((side) => -side), half), out = [];
+  for (let i = 0; i < edges.length; i += 3) out.push(...center.map((c, k) => c + axes.reduce((sum, axis, j) => sum + axis[k] * edges[i + j], 0)));
+  return out;
+}
+const uprightTop = ({ center, size, axes }) => center.map((c, k) => c + axes[2][k] * size[2] / 2);
 // Returns the middle of a box's upper face.
 function topOf(min, max) {
   const sizes = ground.up.map(Math.abs), axis = sizes.indexOf(Math.max(...sizes)), p = min.map((low, i) => (low + max[i]) / 2);
@@ -76,9 +83,9 @@ on('objects', ({ objects }) => {
   empty(layers.objects);
   dropLabels('objects');
   for (const object of objects) {
-    const { min, max } = object.box, unsure = object.confidence < UNSURE;
-    addLines(layers.objects, boxEdges(min, max), { shade: color('object'), opacity: unsure ? 0.2 : 0.6, width: unsure ? 1 : 1.5 });
-    setLabel('objects:' + object.id, topOf(min, max), unsure ? [object.class + '?', `${Math.round(100 * object.confidence)} %`] : [object.class], css('object'), unsure ? 'object unsure' : 'object');
+    const { min, max } = object.box, upright = object.upright_box, unsure = object.confidence < UNSURE;
+    addLines(layers.objects, upright ? uprightEdges(upright) : boxEdges(min, max), { shade: color('object'), opacity: unsure ? 0.2 : 0.6, width: unsure ? 1 : 1.5 });
+    setLabel('objects:' + object.id, upright ? uprightTop(upright) : topOf(min, max), unsure ? [object.class + '?', `${Math.round(100 * object.confidence)} %`] : [object.class], css('object'), unsure ? 'object unsure' : 'object');
   }
   setCount('objects', objects.length);
   redraw();
