@@ -20,19 +20,11 @@ void require_size(const cv::Mat& image, int type, const Camera& camera, const ch
       "dense back-projection", "give images of the camera's size and of the expected type");
 }
 
-// Returns whether a neighbor in the 3 x 3 window with known depth is more than max_jump * z nearer
-// or farther.
-bool at_jump(const cv::Mat1f& depth, int u, int v, float max_jump) {
-  const float z = depth(v, u);
-  const float limit = max_jump * z;
-  const int u_end = std::min(u + 1, depth.cols - 1), v_end = std::min(v + 1, depth.rows - 1);
-  for (int row = std::max(v - 1, 0); row <= v_end; ++row) {
-    const float* line = depth[row];
-    for (int col = std::max(u - 1, 0); col <= u_end; ++col) {
-      if (line[col] > 0 && std::abs(line[col] - z) > limit) return true;
-    }
-  }
-  return false;
+/// Returns the depth behind a pixel of depth z, on the plane through it and its neighbor on the
+/// other side: inverse depths of a plane are linear in the image. Returns z without a neighbor.
+float continued(float z, float opposite) {
+  const float inverse = opposite > 0 ? 2 / z - 1 / opposite : 1 / z;
+  return inverse > 0 ? 1 / inverse : z;
 }
 
 }  // namespace
@@ -43,6 +35,22 @@ cv::Mat1b dilated(const cv::Mat1b& mask, int radius) {
   const cv::Size window(2 * radius + 1, 2 * radius + 1);
   cv::dilate(mask, grown, cv::getStructuringElement(cv::MORPH_RECT, window));
   return grown;
+}
+
+bool at_jump(const cv::Mat1f& depth, int u, int v, float limit) {
+  const float z = depth(v, u);
+  const auto at = [&](int row, int col) {
+    const bool inside = row >= 0 && col >= 0 && row < depth.rows && col < depth.cols;
+    return inside ? depth(row, col) : 0.0F;
+  };
+  for (const auto& [down, right] : {std::pair(0, 1), {1, 0}, {1, 1}, {1, -1}}) {
+    const float a = at(v + down, u + right), b = at(v - down, u - right);
+    const auto jumps = [&](float from, float to) {
+      return to > 0 && std::abs(to - z) > limit && std::abs(to - continued(z, from)) > limit;
+    };
+    if (jumps(a, b) || jumps(b, a)) return true;
+  }
+  return false;
 }
 
 PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& excluded,
@@ -57,6 +65,7 @@ PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::M
                               ? static_cast<float>(options.max_depth)
                               : camera.depth_sensor.depth_at_sigma(options.max_sigma);
   const auto max_jump = static_cast<float>(options.max_jump);
+  const auto noise = camera.depth_sensor.tolerance<float>(kJumpNoise, 0);
   const int stride = options.stride;
 
   PointGrid grid{.points = cv::Mat3f((depth.rows + stride - 1) / stride,
@@ -67,7 +76,7 @@ PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::M
       const float z = depth(v, u);
       const bool in_range = z >= min_depth && z <= max_depth;  // false for NaN
       if (!in_range || (!moving.empty() && moving(v, u) != 0)) continue;
-      if (at_jump(depth, u, v, max_jump)) continue;
+      if (at_jump(depth, u, v, std::max(max_jump * z, noise.at(z)))) continue;
       const Eigen::Vector3f p = camera.unproject(u, v, z).cast<float>();
       grid.points(v / stride, u / stride) = {p.x(), p.y(), p.z()};
     }

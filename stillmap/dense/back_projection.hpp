@@ -28,6 +28,15 @@ struct BackProjectionOptions {
   int mask_dilation = 6;  ///< Dilation of the excluded mask on every side [pixels].
 };
 
+/// Returns whether a pixel is at a jump of depth: whether the depth of one of its eight neighbors
+/// differs by more than `limit` [m] both from that of the pixel and from that of the plane through
+/// the pixel and the opposite neighbor.
+bool at_jump(const cv::Mat1f& depth, int u, int v, float limit);
+
+/// Difference of the depth of a neighbor from that plane which noise alone does not cause [standard
+/// deviations of one depth].
+inline constexpr float kJumpNoise = 9;
+
 /// Returns a mask dilated by this many pixels on every side.
 cv::Mat1b dilated(const cv::Mat1b& mask, int radius);
 

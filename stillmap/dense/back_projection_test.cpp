@@ -86,6 +86,16 @@ TEST(BackProjection, KeepsASurfaceSeenAtAGrazingAngle) {
   }
 }
 
+TEST(BackProjection, KeepsACeilingWhoseDepthGrowsByMoreThanAJumpPerPixel) {
+  const Camera camera = small_camera();
+  const Plane ceiling{Eigen::Vector3d(0, -1, 0), 1};
+  const RgbdFrame frame = view_of(camera, Pose(), ceiling);
+  const int near = 20, far = 24;  // rows at 3.3 and 3.7 m
+  ASSERT_GT(frame.depth.at<float>(far, 80) / frame.depth.at<float>(far - 1, 80), 1.02F);
+  const PointGrid grid = back_project(camera, frame, {}, {.stride = 1});
+  for (int row = near; row <= far; ++row) EXPECT_GT(grid.points(row, 80)[2], 0) << row;
+}
+
 TEST(BackProjection, LeavesOutUnknownDepthsAndThoseOutOfRange) {
   const Camera camera = small_camera();
   const float nan = std::numeric_limits<float>::quiet_NaN();

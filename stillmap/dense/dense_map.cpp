@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/dense_map.hpp"
 
+#include "stillmap/dense/open_view.hpp"
+#include "stillmap/dense/view_fusion.hpp"
+
 #include <algorithm>
 #include <utility>
 
@@ -30,6 +33,10 @@ DenseMap::DenseMap(const Camera& camera, const DenseOptions& options)
   start_new_world();
 }
 
+DenseMap::DenseMap(DenseMap&&) noexcept = default;
+DenseMap& DenseMap::operator=(DenseMap&&) noexcept = default;
+DenseMap::~DenseMap() = default;
+
 void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
                    const std::optional<Pose>& T_world_camera, const SegmentedFrame* objects) {
   MadeView made = make_dense_view(camera_, frame, movers, options_.back_projection,
@@ -55,6 +62,7 @@ bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Ma
 }
 
 void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& T_world_camera) {
+  close_view();
   remove(id);
   pixels_ += view.depth.total();
   if (view.bytes_in_memory() > 0) in_memory_.insert(id);
@@ -63,11 +71,39 @@ void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& 
   if (T_world_camera && is_finite(*T_world_camera)) live_->add(id, held->second, *T_world_camera);
   if (pixels_ > static_cast<std::size_t>(options_.many_pixels)) replace_same_viewpoint(id);
   page_out_oldest();
+  if (options_.fuse && T_world_camera && is_finite(*T_world_camera)) open(id, *T_world_camera);
+}
+
+void DenseMap::open(std::uint64_t id, const Pose& T_world_camera) {
+  newest_ = {id, T_world_camera,
+             std::make_unique<OpenView>(*views_.at(id), options_.back_projection, options_.far)};
+}
+
+std::optional<std::uint64_t> DenseMap::open_view() const {
+  return newest_ ? std::optional(newest_->id) : std::nullopt;
+}
+
+void DenseMap::fuse(const RgbdFrame& frame, const cv::Mat1b& movers, const Pose& T_world_camera) {
+  if (!newest_ || !is_finite(T_world_camera)) return;
+  newest_->depths->fuse(camera_, frame, movers, newest_->T_world_camera.inverse() * T_world_camera);
+}
+
+void DenseMap::close_view() {
+  if (newest_ && newest_->depths->frames() > 0) {
+    DenseView& view = *views_.at(newest_->id);
+    bytes_in_memory_ -= view.bytes_in_memory();
+    view = newest_->depths->fused();
+    bytes_in_memory_ += view.bytes_in_memory();
+    in_memory_.insert(newest_->id);
+  }
+  newest_.reset();
+  page_out_oldest();
 }
 
 void DenseMap::remove(std::uint64_t id) {
   const auto found = views_.find(id);
   if (found == views_.end()) return;
+  if (open_view() == id) newest_.reset();
   erase(found);
   live_->remove(id);
 }
@@ -91,6 +127,10 @@ void DenseMap::page_out_oldest() {
 }
 
 void DenseMap::update_poses(const PoseLookup& T_world_camera) {
+  if (newest_) {
+    const auto pose = T_world_camera(newest_->id);
+    if (pose && is_finite(*pose)) newest_->T_world_camera = *pose;
+  }
   replacements_ += live_->update_poses(views_, [&](std::uint64_t id) {
     const std::optional<Pose> pose = T_world_camera(id);
     return pose && is_finite(*pose) ? pose : std::nullopt;
@@ -98,6 +138,7 @@ void DenseMap::update_poses(const PoseLookup& T_world_camera) {
 }
 
 void DenseMap::start_new_world() {
+  close_view();
   // A surface has a quarter as many voxels of twice the side.
   live_ = std::make_unique<LiveMap>(options_.voxel, options_.evidence,
                                     static_cast<std::size_t>(options_.max_voxels) / 4);
@@ -134,6 +175,13 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
     if (!pose || !is_finite(*pose)) continue;
     placed.held.push_back(view);
     placed.views.push_back({view.get(), *pose});
+  }
+  if (options_.fuse) {
+    MemoryLimit memory = options_.memory;
+    memory.limit -= std::min<std::uint64_t>(memory.limit, bytes_in_memory_);
+    FusedViews fused = fused_views(placed.views, memory);
+    placed.views = std::move(fused.views);
+    placed.held = std::move(fused.held);
   }
   if (options_.registration) placed.views = registered(placed.views);
   placed.keyframes_left_out = views_.size() - placed.views.size();

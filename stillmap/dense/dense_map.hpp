@@ -43,6 +43,7 @@ struct DenseOptions {
   double voxel = 0.01;    ///< Side of the voxels of the composed cloud [m].
   int min_keyframes = 1;  ///< Minimum number of keyframes with a surface in a voxel of the cloud.
   int every = 15;         ///< Interval of the frames tested by add_if_new() [frames]; 0 for none.
+  bool fuse = true;       ///< Whether depths are averaged, over frames and over views.
   /// Number of pixels of all views above which a new view replaces the oldest one from nearly the
   /// same viewpoint, so that the map does not grow while the camera stays in one place: 12 million
   /// are 150 views of 640 x 480 pixels at stride 2.
@@ -83,6 +84,8 @@ struct ComposedCloud {
   std::size_t voxels_left_out = 0, voxels_removed = 0;
 };
 
+class OpenView;
+
 /// Returns a lookup of poses in a table, which must outlive it.
 PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses);
 
@@ -96,11 +99,17 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses);
 /// The oldest views beyond DenseOptions::memory are kept in a file: every pass over the views reads
 /// them from there, one after the other.
 ///
+/// With DenseOptions::fuse, the depths of all frames until the next view are averaged in the newest
+/// view (OpenView), and place() averages the views (fused_views()).
+///
 /// Synchronous: one thread at a time, none inside.
 class DenseMap {
  public:
   /// Throws Error if an option is out of range.
   explicit DenseMap(const Camera& camera, const DenseOptions& options = {});
+  DenseMap(DenseMap&&) noexcept;
+  DenseMap& operator=(DenseMap&&) noexcept;
+  ~DenseMap();
 
   /// Adds a keyframe, or replaces that of the same id.
   /// @param movers pixels of objects that move or may move (not zero), height x width; empty for
@@ -120,6 +129,13 @@ class DenseMap {
   /// @returns whether it was added
   bool add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
                   const Pose& T_world_camera, const SegmentedFrame* objects = nullptr);
+
+  /// Averages the depth of a frame with that of the newest view, until the next one is added.
+  void fuse(const RgbdFrame& frame, const cv::Mat1b& movers, const Pose& T_world_camera);
+  /// Ends the averaging of depths in the newest view. Until then the view is that of its own frame.
+  void close_view();
+  /// Returns the id of the view in which depths are averaged; none without one.
+  std::optional<std::uint64_t> open_view() const;
 
   /// Removes a keyframe, if it exists. A culled keyframe need not be removed: its view stays useful
   /// as long as its pose is known.
@@ -146,6 +162,7 @@ class DenseMap {
   using Views = std::map<std::uint64_t, std::shared_ptr<DenseView>>;
   void erase(Views::iterator view);
   void page_out_oldest();
+  void open(std::uint64_t id, const Pose& T_world_camera);
   std::shared_ptr<const StaticGrid> grid_of(const std::vector<PosedView>& views) const;
 
   Camera camera_;
@@ -155,6 +172,13 @@ class DenseMap {
   std::set<std::uint64_t> in_memory_;  // views whose pixels are in memory
   std::size_t bytes_in_memory_ = 0;    // of their pixels
   std::unique_ptr<LiveMap> live_;
+  /// The newest view while depths are averaged in it.
+  struct Newest {
+    std::uint64_t id;
+    Pose T_world_camera;
+    std::unique_ptr<OpenView> depths;
+  };
+  std::optional<Newest> newest_;
   std::size_t pixels_ = 0, outliers_ = 0, superseded_ = 0, replacements_ = 0;
 };
 

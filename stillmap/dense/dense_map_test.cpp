@@ -252,6 +252,40 @@ TEST(DenseMap, KeepsFramesBetweenKeyframesOnlyForTheirNovelty) {
   EXPECT_TRUE(with_ghost.add_if_new(1, second, second_mask, Pose()));  // sees through the ghost
 }
 
+TEST(DenseMap, FarSurfacesAreNovelToo) {
+  const Camera camera = small_camera();
+  const auto with_far_part = [&](double z) {
+    return frame_of(camera, [&](int u, int) { return u < 80 ? z : 2.0; });
+  };
+  DenseMap map(camera);
+  map.add(0, with_far_part(0), {}, Pose());
+  EXPECT_TRUE(map.add_if_new(1, with_far_part(3.5), {}, Pose()));
+  EXPECT_FALSE(map.add_if_new(2, with_far_part(3.5), {}, Pose()));
+}
+
+TEST(DenseMap, AveragesTheFramesUntilTheNextView) {
+  const Camera camera = small_camera();
+  const auto wall_at = [&](double z) { return frame_of(camera, [&](int, int) { return z; }); };
+  DenseMap map(camera);
+  map.add(0, wall_at(2), {}, Pose());
+  EXPECT_EQ(map.open_view(), 0U);
+  map.fuse(wall_at(2.02), {}, Pose());
+  const auto depth = [&] {
+    return map.views().at(0)->depth(30, 40) * double{DenseView::kDepthUnit};
+  };
+  EXPECT_NEAR(depth(), 2, 2e-4) << "until the view is closed";
+  map.add(1, wall_at(2), {}, Pose());
+  EXPECT_NEAR(depth(), 2.01, 5e-4);
+  map.close_view();
+  EXPECT_FALSE(map.open_view());
+
+  DenseOptions single;
+  single.fuse = false;
+  DenseMap apart(camera, single);
+  apart.add(0, wall_at(2), {}, Pose());
+  EXPECT_FALSE(apart.open_view());
+}
+
 // Returns the range of the points along the wall's normal without the outermost 1 % on each side
 // [m].
 double thickness(const StaticGrid& grid) {

@@ -22,11 +22,6 @@ void require_colors(const RgbdFrame& frame) {
               "register color and depth to one size before they enter the map");
 }
 
-std::uint16_t packed_depth(float meters) {
-  const bool known = meters > 0 && std::isfinite(meters);
-  return known ? cv::saturate_cast<std::uint16_t>(meters / DenseView::kDepthUnit) : 0;
-}
-
 PixelKind kind_of(float point_z, float far_z, bool moves) {
   if (moves) return kMoverSurface;
   if (point_z > 0) return kStaticSurface;
@@ -126,6 +121,11 @@ void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
 }
 
 }  // namespace
+
+std::uint16_t packed_depth(float meters) {
+  const bool known = meters > 0 && std::isfinite(meters);
+  return known ? cv::saturate_cast<std::uint16_t>(meters / DenseView::kDepthUnit) : 0;
+}
 
 MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& movers,
                          const BackProjectionOptions& back_projection,

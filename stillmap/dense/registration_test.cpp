@@ -85,6 +85,7 @@ TEST(Registration, IsAppliedByTheDenseMapIfItIsSelected) {
   const auto thickness = [](bool registration) {
     DenseOptions options;
     options.registration = registration;
+    options.fuse = false;
     options.evidence.remove_ghosts = false;
     DenseMap map(small_camera(), options);
     const Pose wrong = Pose::exp((Eigen::Matrix<double, 6, 1>() << 0, 0, 0.03, 0, 0, 0).finished());

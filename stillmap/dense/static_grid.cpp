@@ -78,31 +78,39 @@ void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
   view.drop_pages();
 }
 
-// Returns whether there is a surface at a point or within one voxel of it along its ray.
-bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world,
-                                  const Eigen::Vector3d& ray) const {
-  for (const int steps : {0, 1, -1}) {
-    const auto voxel = voxel_at(p_world + steps * edge_ * ray, edge_);
-    if (voxel && index_.find(*voxel) != kNone) return true;
+// Returns whether there is a surface within one voxel of a point, or of those in reach on its ray.
+bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world, const Eigen::Vector3d& ray,
+                                  double reach) const {
+  const int steps = static_cast<int>(std::ceil(reach / edge_));
+  for (int i = 0; i <= 2 * steps; ++i) {  // 0, 1, -1, 2, -2 ...
+    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
+    const auto middle = voxel_at(p_world + step * edge_ * ray, edge_);
+    if (!middle) continue;
+    const Lattice center = lattice_of(*middle);
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        for (int z = -1; z <= 1; ++z) {
+          if (index_.find(voxel_of(center + Lattice(x, y, z))) != kNone) return true;
+        }
+      }
+    }
   }
   return false;
 }
 
 Novelty StaticGrid::novelty_of(const DenseView& view, const Pose& T_world_camera) const {
   const TraceScope scope("novelty");
-  constexpr int kStep = 3;  // pixels
-  // Largest standard deviation of a depth [m]: that of a Kinect v1 at 2.5 m, beyond which pixels
-  // are farther apart than voxels.
-  constexpr double kMaxSigma = 0.009579;
-  const double farthest = view.camera.depth_sensor.depth_at_sigma(kMaxSigma);
+  constexpr int kStep = 3;      // pixels
+  constexpr double kReach = 3;  // standard deviations of a depth
   const VotingView voter = voting_view(view, T_world_camera);
   const PlacedView& placed = voter.placed;
   Novelty novelty;
   for (int row = 0; row < view.depth.rows; row += kStep) {
     for (int col = 0; col < view.depth.cols; col += kStep) {
-      if (!view.is_static(row, col) || placed.depth(row, col) > farthest) continue;
+      if (!view.is_static(row, col)) continue;
       ++novelty.pixels_examined;
-      novelty.new_pixels += !has_surface_near(placed.point(row, col), placed.ray(row, col));
+      const double reach = kReach * view.camera.depth_sensor.sigma(placed.depth(row, col));
+      novelty.new_pixels += !has_surface_near(placed.point(row, col), placed.ray(row, col), reach);
     }
   }
   for (const std::uint32_t b : blocks_in_reach(placed))

@@ -110,7 +110,8 @@ class StaticGrid {
     std::uint32_t first, last;
   };
 
-  bool has_surface_near(const Eigen::Vector3d& p_world, const Eigen::Vector3d& ray) const;
+  bool has_surface_near(const Eigen::Vector3d& p_world, const Eigen::Vector3d& ray,
+                        double reach) const;
   VotingView voting_view(const DenseView& view, const Pose& T_world_camera) const;
   std::size_t refuted_in(const VotingView& voting_view, std::uint32_t block) const;
   std::vector<std::uint32_t> cells_under(const PlacedView& placed);

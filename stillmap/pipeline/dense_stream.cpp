@@ -19,6 +19,8 @@ constexpr std::size_t kQueue = 8, kRealtimeQueue = 24;
 // In realtime a frame that is not a keyframe is only added if at most kBusy frames wait, and
 // kReserve places of the queue are kept free, so that the camera never waits for the dense map.
 constexpr std::size_t kBusy = 2, kReserve = 4;
+// Interval of the frames whose depths are averaged.
+constexpr std::size_t kFuseEvery = 2;
 
 /// Returns the newest detections of static objects, in the pixels of `image`; none if they are more
 /// than `max_age` frames old.
@@ -56,6 +58,7 @@ DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bo
       every_(static_cast<std::size_t>(options.dense.every)),
       realtime_(options.schedule.realtime),
       extend_(extend),
+      fuse_(options.dense.fuse),
       dense_(camera, options.dense) {
   if (!options.dense_cloud) return;
   for (AnchoredView& view : loaded) {
@@ -80,7 +83,8 @@ void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& fo
   if (wants(*tracked)) {
     task.tracked = tracked;
     task.found = found;
-    last_frame_ = tracked->frame->index();
+    task.becomes_view = is_due(*tracked);
+    if (task.becomes_view) last_frame_ = tracked->frame->index();
   }
   if (!task.tracked && !task.moved) return;
   task.made = std::exchange(made_, {});
@@ -103,12 +107,18 @@ std::shared_ptr<const KeyframePoses> DenseStream::poses_of_loaded(
   return localized_;
 }
 
+/// Returns whether a frame may become a view.
+bool DenseStream::is_due(const TrackedFrame& tracked) const {
+  if (tracked.proposal || tracked.enters_world()) return true;
+  return every_ > 0 && tracked.frame->index() >= last_frame_ + every_;
+}
+
 bool DenseStream::wants(const TrackedFrame& tracked) {
   if (!tracked.has_pose() || !extend_) return false;
   if (tracked.enters_world()) return true;
   const std::size_t waiting = realtime_ ? stage_->waiting() : 0;
-  const bool due = every_ > 0 && tracked.frame->index() >= last_frame_ + every_;
-  if (!tracked.proposal && (!due || waiting > kBusy)) return false;
+  const bool fused = fuse_ && tracked.frame->index() % kFuseEvery == 0;
+  if (!tracked.proposal && ((!fused && !is_due(tracked)) || waiting > kBusy)) return false;
   if (waiting + kReserve <= kRealtimeQueue) return true;
   ++frames_left_out_;
   return false;
@@ -120,17 +130,23 @@ void DenseStream::work(const Task& task) {
   if (task.tracked) trace_frame(task.tracked->frame->index());
   if (task.enters_world) dense_.start_new_world();
   if (task.moved) follow(*task.moved);
-  if (task.tracked) add(*task.tracked, task.found);
+  if (task.tracked) add(task);
 }
 
-void DenseStream::add(const TrackedFrame& tracked, const DetectedObjects& found) {
+void DenseStream::add(const Task& task) {
+  const TrackedFrame& tracked = *task.tracked;
   const RgbdFrame& image = *tracked.frame->image;
   const std::vector<std::string>& classes = dense_.options().movers;
-  const SegmentedFrame objects =
-      traced(span::kDenseLabels, [&] { return objects_in(found, image, classes, max_mask_age_); });
+  SegmentedFrame objects;
+  if (task.becomes_view) {
+    objects = traced(span::kDenseLabels,
+                     [&] { return objects_in(task.found, image, classes, max_mask_age_); });
+  }
   const TraceScope scope(tracked.proposal ? span::kDenseKeyframe : span::kDenseOtherFrame);
   const cv::Mat1b movers =
       traced("mover pixels", [&] { return mover_pixels(*tracked.frame, classes); });
+  if (fuse_) dense_.fuse(image, movers, *tracked.T_world_camera);
+  if (!task.becomes_view) return;
   const std::uint64_t view = view_of(tracked.frame->index());
   if (tracked.proposal) {
     dense_.add(view, image, movers, tracked.T_world_camera, &objects);
@@ -158,8 +174,13 @@ void DenseStream::follow(const KeyframePoses& moved) {
   });
 }
 
-void DenseStream::finish(const std::vector<NewKeyframe>& made) {
+void DenseStream::wait() {
   if (stage_) stage_->drain();
+}
+
+void DenseStream::finish(const std::vector<NewKeyframe>& made) {
+  wait();
+  dense_.close_view();
   settle(std::exchange(made_, {}));
   settle(made);
 }

@@ -43,6 +43,9 @@ class DenseStream {
   /// dense map falls behind the camera.
   void push(const TrackedFramePtr& tracked, const DetectedObjects& found, const MapView& map);
 
+  /// Waits until all pushed frames are in the views.
+  void wait();
+
   /// Waits for all pushed frames. Nothing may be pushed after it.
   /// @param made keyframes that were made after the last push()
   void finish(const std::vector<NewKeyframe>& made);
@@ -69,6 +72,8 @@ class DenseStream {
   const std::map<std::uint64_t, std::shared_ptr<DenseView>>& views() const {
     return dense_.views();
   }
+  /// Returns the id of the view that is not final; none without one.
+  std::optional<std::uint64_t> open_view() const { return dense_.open_view(); }
 
   /// Returns the statistics of the dense map. Called after finish().
   DenseStatistics statistics() const { return dense_.statistics(); }
@@ -82,14 +87,16 @@ class DenseStream {
     std::vector<NewKeyframe> made;               // keyframes made since the previous task
     std::shared_ptr<const KeyframePoses> moved;  // null: no keyframe was moved
     bool enters_world = false;                   // from now on, poses are in a new world frame
+    bool becomes_view = false;                   // whether the frame may become a view
   };
   struct Nothing {};
 
+  bool is_due(const TrackedFrame& tracked) const;
   bool wants(const TrackedFrame& tracked);
   std::shared_ptr<const KeyframePoses> poses_of_loaded(bool localized,
                                                        std::shared_ptr<const KeyframePoses> moved);
   void work(const Task& task);
-  void add(const TrackedFrame& tracked, const DetectedObjects& found);
+  void add(const Task& task);
   void follow(const KeyframePoses& moved);
   void settle(const std::vector<NewKeyframe>& made);
   std::shared_ptr<const LabeledCloud> live_cloud();
@@ -100,8 +107,9 @@ class DenseStream {
   // number of frames between two added frames that are not keyframes; 0: only keyframes are added
   const std::size_t every_;
   const bool realtime_, extend_;
+  const bool fuse_;               // whether all frames are added
   std::size_t loaded_views_ = 0;  // number of loaded views; they have the first ids
-  std::size_t last_frame_ = 0;    // index of the last added frame
+  std::size_t last_frame_ = 0;    // index of the last frame that might become a view
   std::size_t frames_left_out_ = 0;
   std::vector<NewKeyframe> made_;  // keyframes that are not passed to the thread yet
   // For a map that is not extended: keyframe poses of the component in which the camera was

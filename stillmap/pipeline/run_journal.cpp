@@ -60,18 +60,27 @@ void put_map(const MapMaker& maker, JournalPart& part) {
     part.remove_others(kind);
 }
 
-/// Views never change. Those for which there is no room in the record come with the next one.
-void put_views(const DenseStream& dense, JournalPart& part) {
+/// Views never change once they are final. Those for which there is no room in the record come with
+/// the next one.
+/// @param unfinished  views that were not final when they were written
+void put_views(const DenseStream& dense, std::set<std::uint64_t>& unfinished, JournalPart& part) {
   for (const auto& [id, place] : dense.places()) {
     ByteWriter out;
     put_place(out, place);
     part.put({JournalKind::kViewPlace, id}, out.bytes());
   }
   for (const auto& [id, view] : dense.views()) {
-    if (part.keep({JournalKind::kView, id}) || part.full()) continue;
+    const bool is_final = dense.open_view() != id;
+    const bool outdated = is_final && unfinished.contains(id) && !part.full();
+    if (!outdated && (part.keep({JournalKind::kView, id}) || part.full())) continue;
     ByteWriter out;
     put_view(out, *view);
     part.put({JournalKind::kView, id}, out.bytes());
+    if (is_final) {
+      unfinished.erase(id);
+    } else {
+      unfinished.insert(id);
+    }
   }
   part.remove_others(JournalKind::kView);
 }
@@ -137,7 +146,8 @@ RunJournal::RunJournal(SlamSystem& slam, const std::filesystem::path& file,
     return slam_.ask_map([&part](const MapMaker& maker) { put_map(maker, part); });
   };
   parts_[1].ask = [this](JournalPart& part) {
-    return slam_.ask_views([&part](const DenseStream& dense) { put_views(dense, part); });
+    return slam_.ask_views(
+        [this, &part](const DenseStream& dense) { put_views(dense, unfinished_, part); });
   };
   parts_[2].ask = [this](JournalPart& part) {
     return slam_.ask_mover_tracks([this, &part](const MoverTracker& tracker) {
@@ -182,6 +192,7 @@ void RunJournal::update(Part& part) {
 }
 
 void RunJournal::flush() {
+  slam_.wait_for_views();
   for (Part& part : parts_) {
     if (part.answer.valid()) write_answer(part);
     do {

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <future>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,7 @@ class RunJournal {
   std::size_t settled_ = 0;  // number of frames whose records do not change any more
   // Index of the first frame whose samples of movers may be new; used by the movers' thread.
   std::size_t samples_from_ = 0;
+  std::set<std::uint64_t> unfinished_;  // views that were not final when they were written
   std::array<Part, 4> parts_;
   Stage<std::string, int> writer_;  // last: its thread writes the records
 };

@@ -141,6 +141,9 @@ class SlamSystem {
   /// Returns the records of all frames pushed, for the thread that pushes.
   const std::vector<FrameRecord>& records() const { return log_.records(); }
 
+  /// Waits until all pushed frames are in the views of the dense map.
+  void wait_for_views() { dense_.wait(); }
+
   // Call `read` on one of the threads between two of its tasks. May be called by any thread; the
   // future becomes ready when `read` has returned. Results do not depend on it.
   std::future<void> ask_map(std::function<void(const MapMaker&)> read) {
