@@ -201,7 +201,7 @@ TEST(RelativePoseError, MeasuresDriftPerSecond) {
 TEST(RelativePoseError, SaysWhyThereIsNone) {
   EXPECT_NE(error_of([] {
               relative_pose_error(line(0, 0.1, 40), line(0, 0.1, 1));
-            }).find("estimated trajectory: has 1 poses"),
+            }).find("estimated trajectory: has 1 pose,"),
             std::string::npos);
   EXPECT_NE(error_of([] {
               relative_pose_error(line(0, 0.1, 40), line(100, 0.1, 40));
