@@ -693,12 +693,13 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(floor["frame"], "map", floor)
         truth = (sequence / "groundtruth.txt").read_text().splitlines()[1].split()
         self.assertAlmostEqual(floor["evidence"]["camera_height_m"], float(truth[3]), delta=0.03)
-        x, y, z, w = map(float, (self.sequence / "groundtruth.txt").read_text().splitlines()[1].split()[4:])
+        height, x, y, z, w = map(float, (self.sequence / "groundtruth.txt").read_text().splitlines()[1].split()[3:])
         up = [round(c, 3) for c in (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))]
-        given = stillmap("dense", self.run_folder, "--planner", "--up", ",".join(map(str, up)), "--camera-height", "2.5", "--out", out)
+        level = ("--up", ",".join(map(str, up)), "--camera-height", str(height))
+        given = stillmap("dense", self.run_folder, "--planner", *level, "--out", out)
         self.succeeded(given)
         floor = json.loads((out / "floor.json").read_text())
-        self.assertEqual(floor["floor"]["height"], -2.5)
+        self.assertAlmostEqual(floor["floor"]["height"], -height, delta=1e-6)
         for given_axis, axis in zip(up, floor["floor"]["up"], strict=True):
             self.assertAlmostEqual(axis, given_axis, delta=0.001)
         again = self.folder / "floor_again"

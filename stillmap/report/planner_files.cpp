@@ -188,9 +188,11 @@ Floor read_floor(const std::filesystem::path& file) {
     const auto up = floor.at("up").get<std::vector<double>>();
     if (up.size() != 3) throw Error("'up' must have 3 numbers", file.string(), fix);
     Floor read{{up[0], up[1], up[2]}, floor.at("height").get<double>()};
-    if (!std::isfinite(read.height) || std::abs(read.up.norm() - 1) > 1e-3)
+    const double excess = std::abs(read.up.norm() - 1);
+    if (!std::isfinite(read.height) || excess > 1e-3)
       throw Error("'up' is no unit vector, or 'height' is not finite", file.string(), fix);
-    read.up.normalize();
+    // A direction that a run wrote gives the same files again, so it stays as it is to the last bit.
+    if (excess > 1e-12) read.up.normalize();
     return read;
   } catch (const nlohmann::json::exception&) {
     throw Error(R"(contains no floor: {"floor": {"up": [x, y, z], "height": m}})", file.string(),
