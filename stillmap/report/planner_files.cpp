@@ -191,7 +191,8 @@ Floor read_floor(const std::filesystem::path& file) {
     const double excess = std::abs(read.up.norm() - 1);
     if (!std::isfinite(read.height) || excess > 1e-3)
       throw Error("'up' is no unit vector, or 'height' is not finite", file.string(), fix);
-    // A direction that a run wrote gives the same files again, so it stays as it is to the last bit.
+    // A direction that a run wrote gives the same files again, so it stays as it is to the last
+    // bit.
     if (excess > 1e-12) read.up.normalize();
     return read;
   } catch (const nlohmann::json::exception&) {
