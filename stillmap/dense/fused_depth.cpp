@@ -15,7 +15,9 @@ constexpr double kAgreement = 4, kPoseError = 0.01;
 /// Largest number of independent measurements that a mean counts as: errors that the images share,
 /// of the pose and of the sensor, do not average out.
 constexpr int kIndependent = 16;
-constexpr std::uint8_t kMost = 255;
+/// Largest number of supporting images that is counted: one less than a counter holds, so that a
+/// surface with any support can be refuted.
+constexpr std::uint8_t kMost = 254;
 
 Eigen::Matrix3d intrinsics(const Camera& camera) {
   Eigen::Matrix3d K;

@@ -41,10 +41,10 @@ class Warp {
 
 /// The static surfaces of a view, averaged over other depth images.
 ///
-/// The mean is of inverse depths, in which the noise of triangulated depth is uniform. An image
-/// supports the surface of a pixel if it measured it within four standard deviations and 1 cm. An
-/// image that sees farther refutes it; once more images refute than support a surface, the pixel
-/// has none.
+/// Inverse depths are averaged, since the noise of triangulated depth does not depend on the depth
+/// there. An image supports the surface of a pixel if its depth agrees within four standard
+/// deviations plus 1 cm, and refutes it if it sees farther. A surface that more images refute than
+/// support is removed.
 class FusedDepth {
  public:
   /// Begins with the depths of the view's static pixels.
@@ -77,7 +77,7 @@ class FusedDepth {
   Camera camera_;
   DepthPolynomial<float> sigma_, agreement_, see_through_;
   cv::Mat1f inverse_;              // mean inverse depth of the surface [1/m]; 0: none
-  cv::Mat1b supported_, refuted_;  // number of images, at most 255
+  cv::Mat1b supported_, refuted_;  // number of images, at most 254 and 255
 };
 
 }  // namespace stillmap

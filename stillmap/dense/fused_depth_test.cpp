@@ -71,6 +71,13 @@ TEST(FusedDepth, ASurfaceThatMoreImagesSeeThroughIsGone) {
   EXPECT_EQ(fused.at(kRow, kCol), 0);
 }
 
+TEST(FusedDepth, ASurfaceThatWasSeenForLongCanGoToo) {
+  FusedDepth fused(view_of_wall(2));
+  for (int i = 0; i < 300; ++i) fused.add(small_camera(), wall(2), {}, Pose());
+  for (int i = 0; i < 300; ++i) fused.add(small_camera(), wall(3), {}, Pose());
+  EXPECT_EQ(fused.at(kRow, kCol), 0);
+}
+
 TEST(FusedDepth, ANearerSurfaceHidesWithoutRefuting) {
   FusedDepth fused(view_of_wall(2));
   for (int i = 0; i < 5; ++i) fused.add(small_camera(), wall(1), {}, Pose());
