@@ -168,11 +168,12 @@ struct Options {
     /// Smooth surfaces are averaged and used up to this standard deviation of a depth; 0 leaves far
     /// surfaces out. The default is that of a Kinect v1 at 5 m.
     double far_sigma = 0.041404;  // [m]
-    /// A frame that is no keyframe is considered after this many frames; 0 uses keyframes only.
+    /// A frame that is no keyframe is considered after this many frames; 0 uses keyframes only,
+    /// without averaging of depths.
     int every = 15;  // [frames]
-    /// Way of making the dense map: votes (voxels that other views see through are removed),
-    /// keyframes (the clouds of the keyframes are stitched, as in the papers) or registered (each
-    /// cloud is first registered to those before it by ICP).
+    /// Way of making the dense map: votes (depths are averaged, and voxels that other views see
+    /// through are removed), keyframes (the clouds of the keyframes are stitched, as in the papers)
+    /// or registered (each cloud is first registered to those before it by ICP).
     std::string method = "votes";
     /// Memory for the views of the dense map (five sixths) and the features of keyframes; those not
     /// used for the longest time are kept in temporary files without a name, by default in the

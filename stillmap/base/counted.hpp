@@ -16,4 +16,10 @@ std::string counted(Number count, std::string_view noun) {
                                            : "s");
 }
 
+/// Returns the verb for a number of subjects: "1 frame has", "2 frames have".
+template <typename Number>
+std::string_view have(Number count) {
+  return count == Number{1} ? "has" : "have";
+}
+
 }  // namespace stillmap

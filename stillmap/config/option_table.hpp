@@ -309,13 +309,14 @@ void visit_dense_options(Group& dense, const Visitor& visit) {
   visit({"dense.every",
          "frames",
          {0, kManyFrames},
-         "A frame that is no keyframe is considered after this many frames; 0 uses keyframes "
-         "only."},
+         "A frame that is no keyframe is considered after this many frames; 0 uses keyframes only, "
+         "without averaging of depths."},
         dense.every);
   visit({"dense.method",
          "",
          {},
-         "Way of making the dense map: votes (voxels that other views see through are removed), "
+         "Way of making the dense map: votes (depths are averaged, and voxels that other views see "
+         "through are removed), "
          "keyframes (the clouds of the keyframes are stitched, as in the papers) or registered "
          "(each cloud is first registered to those before it by ICP).",
          {"votes", "keyframes", "registered"}},

@@ -23,18 +23,18 @@ struct BackProjectionOptions {
   int stride = 2;               ///< Distance of the used pixels in both directions [pixels].
   double max_sigma = 0.025824;  ///< Standard deviation of a depth up to which it is used [m].
   double max_depth = 0;         ///< Largest depth used [m]; 0: `max_sigma` decides.
-  /// Largest relative depth step to any of the eight neighbors; infinite to use depth edges.
+  /// Limit of at_jump() relative to the depth, at least kJumpNoise; infinite to use depth edges.
   double max_jump = 0.02;
   int mask_dilation = 6;  ///< Dilation of the excluded mask on every side [pixels].
 };
 
-/// Returns whether a pixel is at a jump of depth: whether the depth of one of its eight neighbors
-/// differs by more than `limit` [m] both from that of the pixel and from that of the plane through
-/// the pixel and the opposite neighbor.
+/// Returns whether a pixel lies at a depth discontinuity: the depth of one of its eight neighbors
+/// differs by more than `limit` [m] from the depth of the pixel, and also from the depth that a
+/// plane through the pixel and the opposite neighbor has there.
 bool at_jump(const cv::Mat1f& depth, int u, int v, float limit);
 
-/// Difference of the depth of a neighbor from that plane which noise alone does not cause [standard
-/// deviations of one depth].
+/// Least limit of at_jump() for measured depths, which noise does not exceed [standard deviations
+/// of one depth].
 inline constexpr float kJumpNoise = 9;
 
 /// Returns a mask dilated by this many pixels on every side.
@@ -49,8 +49,7 @@ struct PointGrid {
 /// Back-projects the depth image, equation 2 of SLAM3-YOLOv8: x = (u - cx) z / fx, y = (v - cy) z /
 /// fy. Left out are pixels without a depth, pixels nearer than the sensor's range or with a
 /// standard deviation of depth above `max_sigma`, pixels within `mask_dilation` of an excluded
-/// pixel, and pixels at a depth jump, where z differs from the valid depth of a neighbor in the 3 x
-/// 3 window by more than max_jump * z, as these mix foreground and background.
+/// pixel, and pixels at a depth discontinuity (at_jump()), as these mix foreground and background.
 /// @param excluded moving pixels (not zero), height x width; empty for none
 /// Throws Error if the sizes of frame, mask and camera differ or an option is out of range.
 PointGrid back_project(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& excluded,

@@ -179,9 +179,9 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
   if (options_.fuse) {
     MemoryLimit memory = options_.memory;
     memory.limit -= std::min<std::uint64_t>(memory.limit, bytes_in_memory_);
-    FusedViews fused = fused_views(placed.views, memory);
-    placed.views = std::move(fused.views);
-    placed.held = std::move(fused.held);
+    placed.held = fused_views(placed.views, memory);
+    for (std::size_t i = 0; i < placed.views.size(); ++i)
+      placed.views[i].view = placed.held[i].get();
   }
   if (options_.registration) placed.views = registered(placed.views);
   placed.keyframes_left_out = views_.size() - placed.views.size();

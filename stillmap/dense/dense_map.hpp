@@ -99,8 +99,8 @@ PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses);
 /// The oldest views beyond DenseOptions::memory are kept in a file: every pass over the views reads
 /// them from there, one after the other.
 ///
-/// With DenseOptions::fuse, the depths of all frames until the next view are averaged in the newest
-/// view (OpenView), and place() averages the views (fused_views()).
+/// With DenseOptions::fuse, the depths of the frames given to fuse() are averaged in the newest
+/// view (OpenView), and place() averages the depths of neighboring views (fused_views()).
 ///
 /// Synchronous: one thread at a time, none inside.
 class DenseMap {
@@ -130,9 +130,10 @@ class DenseMap {
   bool add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
                   const Pose& T_world_camera, const SegmentedFrame* objects = nullptr);
 
-  /// Averages the depth of a frame with that of the newest view, until the next one is added.
+  /// Adds the depth of a frame to the averages in the newest view; no effect without one.
   void fuse(const RgbdFrame& frame, const cv::Mat1b& movers, const Pose& T_world_camera);
-  /// Ends the averaging of depths in the newest view. Until then the view is that of its own frame.
+  /// Replaces the depths of the newest view by their averages. Until then it has the depths of its
+  /// own frame only.
   void close_view();
   /// Returns the id of the view in which depths are averaged; none without one.
   std::optional<std::uint64_t> open_view() const;

@@ -122,6 +122,15 @@ void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
 
 }  // namespace
 
+DenseView copy_of(const DenseView& view) {
+  DenseView copy = view;
+  copy.depth = view.depth.clone();
+  copy.color = view.color.clone();
+  copy.kind = view.kind.clone();
+  copy.pages = nullptr;
+  return copy;
+}
+
 std::uint16_t packed_depth(float meters) {
   const bool known = meters > 0 && std::isfinite(meters);
   return known ? cv::saturate_cast<std::uint16_t>(meters / DenseView::kDepthUnit) : 0;

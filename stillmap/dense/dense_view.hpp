@@ -91,6 +91,9 @@ MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv:
                          const OutlierOptions& outliers = {}, const FarOptions& far = {},
                          const SegmentedFrame* objects = nullptr);
 
+/// Returns a copy that owns its pixels.
+DenseView copy_of(const DenseView& view);
+
 /// Returns a depth [m] in units of DenseView::kDepthUnit; 0 if it is unknown.
 std::uint16_t packed_depth(float meters);
 

@@ -360,7 +360,7 @@ bool is_upside_down(const std::vector<Surfel>& surfels, const Eigen::Vector3d& u
   return most_certain_level(surfels, -up, camera).floor.has_value();
 }
 
-/// Returns the poses of the cameras whose images are turned clockwise.
+/// Returns the poses of cameras whose images are those of the given ones turned clockwise.
 std::vector<Pose> with_turned_images(std::vector<Pose> cameras, int degrees) {
   const Pose turn(so3_exp({0, 0, -degrees * kDegree}), Eigen::Vector3d::Zero());
   for (Pose& T : cameras) T = T * turn;
@@ -375,9 +375,9 @@ double best_score(const std::vector<Surfel>& surfels, const std::vector<Pose>& c
   return best;
 }
 
-/// Returns by how many degrees clockwise the images may have to be turned to be upright, 90 or 270:
-/// if a certain floor is beside the camera, and its direction is far more probable than all those
-/// near the upward direction of the images. A large wall beside the camera cannot be told from it.
+/// Returns the clockwise rotation by which the images may become upright, 90 or 270 degrees. There
+/// is one if the turned images show a certain floor whose upward direction is far more probable
+/// than any direction of the given images. A large wall at the side of the camera looks the same.
 std::optional<int> turn_of_images(const std::vector<Surfel>& surfels,
                                   const std::vector<Pose>& cameras) {
   const double least = best_score(surfels, cameras) + std::log(kUprightOdds * kCertainOdds);
@@ -461,10 +461,9 @@ Pose map_frame(const Floor& floor, const Pose& T_world_camera) {
   return {R_map_world, -(R_map_world * below)};
 }
 
-Eigen::Matrix3d upright_axes(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
-                             const FloorHints& hints) {
-  const Eigen::Vector3d up =
-      find_floor(surfels, cameras, hints).up.value_or(mean_up(std::span(cameras)));
+Eigen::Matrix3d upright_axes(const FloorFinding& finding, const std::vector<Surfel>& surfels,
+                             const std::vector<Pose>& cameras) {
+  const Eigen::Vector3d up = finding.up.value_or(mean_up(std::span(cameras)));
   const Pose first = cameras.empty() ? Pose() : cameras.front();
   const Eigen::Matrix3d R = map_frame({.up = up}, first).rotation();
   const double walls = wall_direction(surfels, Pose(R, Eigen::Vector3d::Zero()));

@@ -57,17 +57,18 @@ struct FloorHints {
 /// near the camera, or that has other surfaces below. So is one whose upward direction has a
 /// standard deviation of more than 1 degree: cubes of 1 m of one surface count as independent
 /// measurements, as far off as they deviate from the direction of all, and by 2 degrees more.
-/// Errors that all surfaces share, as those of the calibration, are not part of it. The reason why
-/// a floor is unknown tells if the images may be turned by 90 or 180 degrees.
+/// Errors that all surfaces share, such as a wrong calibration, are not part of it. If the images
+/// seem to be turned by 90 or 180 degrees, FloorFinding::reason names the rotation.
 /// @param surfels of the static world, with sides of kFloorSurfel
 /// @param cameras T_world_camera of the views, the first camera first
 FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
                         const FloorHints& hints = {});
 
 /// Returns R_upright_world. Its rows are two horizontal axes, along and across most walls, and the
-/// upward direction of find_floor(), or the mean one of the images if that is unknown.
-Eigen::Matrix3d upright_axes(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
-                             const FloorHints& hints = {});
+/// upward direction of the finding, or the mean upward direction of the images if it is unknown.
+/// @param finding  result of find_floor() for these surfels and cameras
+Eigen::Matrix3d upright_axes(const FloorFinding& finding, const std::vector<Surfel>& surfels,
+                             const std::vector<Pose>& cameras);
 
 /// Side of the cubes of the surfels that the floor is searched in [m].
 inline constexpr double kFloorSurfel = 0.05;

@@ -9,8 +9,8 @@
 namespace stillmap {
 namespace {
 
-/// A surface needs a frame that supports it, and another one for each so many frames, up to a
-/// number.
+/// A surface needs one supporting image, and one more per kFramesPerSupport frames, but at most
+/// kMostSupports in all.
 constexpr int kFramesPerSupport = 3, kMostSupports = 4;
 
 /// Returns a depth image without the pixels of a mask.
@@ -44,7 +44,8 @@ void OpenView::fuse(const Camera& camera, const RgbdFrame& frame, const cv::Mat1
   ++frames_;
 }
 
-/// Gives the pixels without a surface that of the frame, the nearest of several.
+/// Sets the pixels without a surface to the depth of the frame's pixels that project to them; if
+/// there are several, to the least depth.
 void OpenView::fill(const Camera& camera, const cv::Mat1f& depth, const cv::Mat3b& color,
                     const Pose& T_view_frame) {
   const Warp warp(camera, view_->camera, T_view_frame);
@@ -105,11 +106,8 @@ DenseView OpenView::fused() const {
       if (is_supported(row, col)) depth(row, col) = depth_.at(row, col);
     }
   }
-  DenseView fused = *view_;
-  fused.pages = nullptr;
-  fused.depth = view_->depth.clone();
-  fused.kind = view_->kind.clone();
-  fused.color = color_.clone();
+  DenseView fused = copy_of(*view_);
+  color_.copyTo(fused.color);
   for (int row = 0; row < depth.rows; ++row) {
     for (int col = 0; col < depth.cols; ++col) {
       fused.kind(row, col) = fused_kind(depth, row, col);

@@ -11,10 +11,10 @@
 
 namespace stillmap {
 
-/// The newest view while the depths of the frames after it are averaged in its pixels.
+/// The newest view, in whose pixels the depths of the following frames are averaged.
 ///
-/// Pixels without a static surface, such as those behind a mover, take that of the first frame that
-/// has one. Moving pixels of a frame refute a static surface at their depth.
+/// A pixel without a static surface, for example behind a mover, gets the surface that the next
+/// frame shows there. A moving pixel of a frame refutes a static surface at its depth.
 class OpenView {
  public:
   /// @param view  as made of its own frame; must outlive the object
@@ -27,9 +27,9 @@ class OpenView {
   void fuse(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& movers,
             const Pose& T_view_frame);
 
-  /// Returns the view with the averaged depths. Colors and instances are those of its own frame,
-  /// the color behind a mover that of the frame which showed it first. After several frames, a
-  /// surface that only one of them supports is left out.
+  /// Returns the view with the averaged depths. Pixels that had no surface have the color of the
+  /// frame that gave them one; all other colors, and the instances, do not change. A surface that
+  /// too few of the frames support is left out.
   DenseView fused() const;
 
   /// Returns the number of frames that were added.

@@ -40,6 +40,22 @@ constexpr float kDarkest = 16, kBrightest = 240, kLargestGain = 2;
 
 bool exposed(float value) { return value >= kDarkest && value <= kBrightest; }
 
+/// Returns the i-th of 0, 1, -1, 2, -2 ...
+int alternating(int i) { return i % 2 == 0 ? -i / 2 : (i + 1) / 2; }
+
+/// Returns whether `holds` for a voxel within `reach` voxels along each axis.
+template <typename Condition>
+bool any_around(const Lattice& center, int reach, const Condition& holds) {
+  for (int x = -reach; x <= reach; ++x) {
+    for (int y = -reach; y <= reach; ++y) {
+      for (int z = -reach; z <= reach; ++z) {
+        if (holds(voxel_of(center + Lattice(x, y, z)))) return true;
+      }
+    }
+  }
+  return false;
+}
+
 Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
   return {static_cast<float>(bgr[2]), static_cast<float>(bgr[1]), static_cast<float>(bgr[0])};
 }
@@ -78,22 +94,15 @@ void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
   view.drop_pages();
 }
 
-// Returns whether there is a surface within one voxel of a point, or of those in reach on its ray.
+// Returns whether there is a surface within one voxel of a point, or of the points up to `reach`
+// [m] before and behind it on its ray.
 bool StaticGrid::has_surface_near(const Eigen::Vector3d& p_world, const Eigen::Vector3d& ray,
                                   double reach) const {
   const int steps = static_cast<int>(std::ceil(reach / edge_));
-  for (int i = 0; i <= 2 * steps; ++i) {  // 0, 1, -1, 2, -2 ...
-    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
-    const auto middle = voxel_at(p_world + step * edge_ * ray, edge_);
-    if (!middle) continue;
-    const Lattice center = lattice_of(*middle);
-    for (int x = -1; x <= 1; ++x) {
-      for (int y = -1; y <= 1; ++y) {
-        for (int z = -1; z <= 1; ++z) {
-          if (index_.find(voxel_of(center + Lattice(x, y, z))) != kNone) return true;
-        }
-      }
-    }
+  for (int i = 0; i <= 2 * steps; ++i) {
+    const auto middle = voxel_at(p_world + alternating(i) * edge_ * ray, edge_);
+    const auto has_surface = [&](Voxel voxel) { return index_.find(voxel) != kNone; };
+    if (middle && any_around(lattice_of(*middle), 1, has_surface)) return true;
   }
   return false;
 }
@@ -255,9 +264,8 @@ std::uint32_t StaticGrid::far_cell(const PlacedView& placed, int row, int col,
     return voxel ? std::optional(voxel_of(kFarStep * lattice_of(*voxel))) : std::nullopt;
   };
   const int steps = 1 + static_cast<int>(2 * noise / side);
-  for (int i = 0; i <= 2 * steps; ++i) {  // 0, 1, -1, 2, -2 ...
-    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
-    const auto corner = lattice_voxel(p + 0.5 * step * side * ray);
+  for (int i = 0; i <= 2 * steps; ++i) {
+    const auto corner = lattice_voxel(p + 0.5 * alternating(i) * side * ray);
     const std::uint32_t cell = corner ? index_.find(*corner) : kNone;
     if (cell != kNone && is_far(cell)) return cell;
   }
@@ -374,17 +382,11 @@ bool StaticGrid::is_confirmed(std::uint32_t number) const {
   const StaticCell& cell = cells_[number];
   if (!options_.remove_ghosts || cell.doubtful == 0 || cell.views > 1) return true;
   constexpr int kAround = 2;
-  const Lattice center = lattice_of(index_.voxel(number));
-  for (int x = -kAround; x <= kAround; ++x) {
-    for (int y = -kAround; y <= kAround; ++y) {
-      for (int z = -kAround; z <= kAround; ++z) {
-        const std::uint32_t other = index_.find(voxel_of(center + Lattice(x, y, z)));
-        if (other == kNone || !is_static(other)) continue;
-        if (cells_[other].last_view != cell.last_view || cells_[other].views > 1) return true;
-      }
-    }
-  }
-  return false;
+  return any_around(lattice_of(index_.voxel(number)), kAround, [&](Voxel voxel) {
+    const std::uint32_t other = index_.find(voxel);
+    if (other == kNone || !is_static(other)) return false;
+    return cells_[other].last_view != cell.last_view || cells_[other].views > 1;
+  });
 }
 
 Eigen::Vector3f StaticGrid::mean(std::uint32_t number) const {

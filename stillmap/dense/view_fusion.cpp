@@ -52,11 +52,7 @@ DenseView fused_view(const std::vector<PosedView>& views, std::size_t number) {
     fused.add(neighbor->camera, static_depths(*neighbor), {}, T_view_world * T_world_neighbor);
     neighbor->drop_pages();
   }
-  DenseView result = view;
-  result.pages = nullptr;
-  result.depth = view.depth.clone();
-  result.color = view.color.clone();
-  result.kind = view.kind.clone();
+  DenseView result = copy_of(view);
   for (int row = 0; row < result.depth.rows; ++row) {
     for (int col = 0; col < result.depth.cols; ++col) {
       const float depth = fused.at(row, col);
@@ -69,19 +65,19 @@ DenseView fused_view(const std::vector<PosedView>& views, std::size_t number) {
 
 }  // namespace
 
-FusedViews fused_views(const std::vector<PosedView>& views, const MemoryLimit& memory) {
+std::vector<std::shared_ptr<const DenseView>> fused_views(const std::vector<PosedView>& views,
+                                                          const MemoryLimit& memory) {
   const TraceScope scope("fused views");
   ViewPager pager(memory);
   std::uint64_t bytes_in_memory = 0;
-  FusedViews fused;
+  std::vector<std::shared_ptr<const DenseView>> fused;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const auto view = std::make_shared<DenseView>(fused_view(views, i));
     const std::size_t bytes = view->bytes_in_memory();
     if (bytes_in_memory + bytes <= pager.limit() || !pager.page_out(*view))
       bytes_in_memory += bytes;
     view->drop_pages();
-    fused.views.push_back({view.get(), views[i].T_world_camera});
-    fused.held.push_back(view);
+    fused.push_back(view);
   }
   return fused;
 }

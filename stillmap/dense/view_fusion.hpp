@@ -7,15 +7,10 @@
 
 namespace stillmap {
 
-/// Views with their poses, and the owners of their pixels.
-struct FusedViews {
-  std::vector<PosedView> views;
-  std::vector<std::shared_ptr<const DenseView>> held;
-};
-
-/// Averages the static depths of each view with those that its nearest views measured of the same
-/// surfaces, so that all views agree on the surfaces. The rest of the views stays as it is.
+/// Returns the views with static depths that are averaged over the nearest views, so that all agree
+/// on the surfaces; colors and kinds of pixels do not change.
 /// @param memory  views beyond it are kept in a file
-FusedViews fused_views(const std::vector<PosedView>& views, const MemoryLimit& memory);
+std::vector<std::shared_ptr<const DenseView>> fused_views(const std::vector<PosedView>& views,
+                                                          const MemoryLimit& memory);
 
 }  // namespace stillmap

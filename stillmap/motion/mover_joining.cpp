@@ -22,8 +22,8 @@ constexpr double kSameAppearance = 0.4;
 /// An appearance is that of the same object if its distance is less than this share of the
 /// distance to any other object that was visible at the same time; chosen on simulated scenes.
 constexpr double kDistinct = 0.8;
-/// Longest absence of an object without colors [s], and the minimum number of detections whose
-/// colors tell an object: fewer may be of one blurred image.
+/// Longest absence of an object of unknown appearance [s], and the minimum number of detections of
+/// a known appearance: fewer may come from one blurred image.
 constexpr double kMaxAbsenceWithoutColors = 1.5;
 constexpr int kMinColored = 5;
 /// Share of the frames with both detections in which two tracks of one object are within each
@@ -118,7 +118,7 @@ int detections_of(const MoverTrack& track) {
   return static_cast<int>(std::ranges::count_if(track.samples, &MoverSample::observed));
 }
 
-/// Returns the distance of the appearances of two tracks; none if that of one is unknown.
+/// Returns the distance between the appearances of two tracks; none if one of them is unknown.
 std::optional<double> appearance_distance(const MoverTrack& a, const MoverTrack& b) {
   if (std::min(detections_of(a), detections_of(b)) < kMinColored) return std::nullopt;
   return a.appearance.distance(b.appearance);

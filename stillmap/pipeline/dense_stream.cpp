@@ -83,8 +83,8 @@ void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& fo
   if (wants(*tracked)) {
     task.tracked = tracked;
     task.found = found;
-    task.becomes_view = is_due(*tracked);
-    if (task.becomes_view) last_frame_ = tracked->frame->index();
+    task.may_become_view = is_due(*tracked);
+    if (task.may_become_view) last_frame_ = tracked->frame->index();
   }
   if (!task.tracked && !task.moved) return;
   task.made = std::exchange(made_, {});
@@ -138,7 +138,7 @@ void DenseStream::add(const Task& task) {
   const RgbdFrame& image = *tracked.frame->image;
   const std::vector<std::string>& classes = dense_.options().movers;
   SegmentedFrame objects;
-  if (task.becomes_view) {
+  if (task.may_become_view) {
     objects = traced(span::kDenseLabels,
                      [&] { return objects_in(task.found, image, classes, max_mask_age_); });
   }
@@ -146,7 +146,7 @@ void DenseStream::add(const Task& task) {
   const cv::Mat1b movers =
       traced("mover pixels", [&] { return mover_pixels(*tracked.frame, classes); });
   if (fuse_) dense_.fuse(image, movers, *tracked.T_world_camera);
-  if (!task.becomes_view) return;
+  if (!task.may_become_view) return;
   const std::uint64_t view = view_of(tracked.frame->index());
   if (tracked.proposal) {
     dense_.add(view, image, movers, tracked.T_world_camera, &objects);

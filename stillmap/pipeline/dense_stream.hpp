@@ -72,7 +72,7 @@ class DenseStream {
   const std::map<std::uint64_t, std::shared_ptr<DenseView>>& views() const {
     return dense_.views();
   }
-  /// Returns the id of the view that is not final; none without one.
+  /// Returns the id of the view in which depths are still averaged; none without one.
   std::optional<std::uint64_t> open_view() const { return dense_.open_view(); }
 
   /// Returns the statistics of the dense map. Called after finish().
@@ -87,7 +87,7 @@ class DenseStream {
     std::vector<NewKeyframe> made;               // keyframes made since the previous task
     std::shared_ptr<const KeyframePoses> moved;  // null: no keyframe was moved
     bool enters_world = false;                   // from now on, poses are in a new world frame
-    bool becomes_view = false;                   // whether the frame may become a view
+    bool may_become_view = false;                // otherwise it is only averaged
   };
   struct Nothing {};
 
@@ -107,7 +107,7 @@ class DenseStream {
   // number of frames between two added frames that are not keyframes; 0: only keyframes are added
   const std::size_t every_;
   const bool realtime_, extend_;
-  const bool fuse_;               // whether all frames are added
+  const bool fuse_;               // whether frames between the views are averaged in them
   std::size_t loaded_views_ = 0;  // number of loaded views; they have the first ids
   std::size_t last_frame_ = 0;    // index of the last frame that might become a view
   std::size_t frames_left_out_ = 0;

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -54,9 +53,6 @@ std::string main_reason(const RunDetails& record) {
   if (lost != record.skipped.end()) return lost->reason;
   return result.frames.empty() ? "no frame could be read" : "the run ended before its map began";
 }
-
-/// Returns the verb of so many subjects.
-std::string_view have(std::size_t subjects) { return subjects == 1 ? "has" : "have"; }
 
 void add_coverage(const RunDetails& record, std::vector<Finding>& findings) {
   const std::size_t total = record.total_frames(), tracked = record.result.tracked();

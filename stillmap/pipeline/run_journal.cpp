@@ -71,16 +71,12 @@ void put_views(const DenseStream& dense, std::set<std::uint64_t>& unfinished, Jo
   }
   for (const auto& [id, view] : dense.views()) {
     const bool is_final = dense.open_view() != id;
-    const bool outdated = is_final && unfinished.contains(id) && !part.full();
+    const bool outdated = is_final && !part.full() && unfinished.erase(id) > 0;
     if (!outdated && (part.keep({JournalKind::kView, id}) || part.full())) continue;
     ByteWriter out;
     put_view(out, *view);
     part.put({JournalKind::kView, id}, out.bytes());
-    if (is_final) {
-      unfinished.erase(id);
-    } else {
-      unfinished.insert(id);
-    }
+    if (!is_final) unfinished.insert(id);
   }
   part.remove_others(JournalKind::kView);
 }

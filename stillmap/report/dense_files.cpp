@@ -8,7 +8,6 @@
 #include "stillmap/dense/map_mesh.hpp"
 #include "stillmap/dense/mesh.hpp"
 #include "stillmap/dense/semantic_files.hpp"
-#include "stillmap/dense/surfels.hpp"
 #include "stillmap/report/chart.hpp"
 #include "stillmap/report/cloud_image.hpp"
 #include "stillmap/report/planner_files.hpp"
@@ -41,13 +40,6 @@ cv::Mat before_and_after(const DenseResults& results, const CloudView& view, con
   cv::hconcat(image_of(raw_cloud(results.placed), results.trajectory, view), after, both);
   cv::resize(both, half, {}, 0.5, 0.5, cv::INTER_AREA);
   return half;
-}
-
-/// Returns upright_axes() of the map.
-Eigen::Matrix3d upright_axes_of(const PlacedMap& placed, const FloorHints& hints) {
-  std::vector<Pose> cameras;
-  for (const PosedView& view : placed.views) cameras.push_back(view.T_world_camera);
-  return upright_axes(surfels_of(placed, kFloorSurfel), cameras, hints);
 }
 
 /// Writes the objects in the cloud; returns their image, with the legend in a corner.
@@ -111,16 +103,17 @@ DenseFiles write_dense_files(const DenseResults& results, const DenseOptions& op
                     "all measurements (left) and the static cloud (right)"});
   write_image(folder, "cloud_before_after.png", images.back().image);
   const bool has_objects = !results.cloud.semantics.empty(), has_mesh = !outputs.mesh.empty();
-  if (has_objects || has_mesh) {
-    const Eigen::Matrix3d R = upright_axes_of(results.placed, outputs.floor);
-    if (has_objects) images.push_back(write_semantics(results, view, R, folder));
-    if (has_mesh)
-      images.push_back(
-          write_meshes(results, view, options.mesh, outputs.mesh, R.row(2).transpose(), folder));
-  }
+  if (!has_objects && !has_mesh && !outputs.planner) return written;
+  const SearchedFloor floor = search_floor(results.placed, outputs.floor);
+  const Eigen::Matrix3d R = upright_axes(floor.finding, floor.surfels, floor.cameras);
+  if (has_objects) images.push_back(write_semantics(results, view, R, folder));
+  if (has_mesh)
+    images.push_back(
+        write_meshes(results, view, options.mesh, outputs.mesh, R.row(2).transpose(), folder));
   if (outputs.planner) {
-    PlannerFiles planner = write_planner_files({results.placed, results.trajectory, results.movers},
-                                               options.occupancy, outputs.floor, folder);
+    PlannerFiles planner =
+        write_planner_files({results.placed, floor, results.trajectory, results.movers},
+                            options.occupancy, outputs.floor, folder);
     written.floor_problem = std::move(planner.problem);
     if (!planner.grid.image.empty()) images.push_back(std::move(planner.grid));
   }

@@ -148,15 +148,20 @@ std::vector<std::string> planner_file_names() {
   return {"floor.json", "octomap.bt", "grid.pgm", "grid.yaml", "obstacles.json", "obstacles.jsonl"};
 }
 
+SearchedFloor search_floor(const PlacedMap& placed, const FloorHints& hints) {
+  SearchedFloor floor;
+  floor.surfels = surfels_of(placed, kFloorSurfel);
+  for (const PosedView& view : placed.views) floor.cameras.push_back(view.T_world_camera);
+  floor.finding = find_floor(floor.surfels, floor.cameras, hints);
+  return floor;
+}
+
 PlannerFiles write_planner_files(const PlannerData& data, const OccupancyOptions& options,
                                  const FloorHints& hints, ResultFolder& folder) {
   const PlacedMap& placed = data.placed;
   if (placed.views.empty()) return {unknown_floor_text("there is no view"), {}};
   PlannerFiles files;
-  std::vector<Pose> cameras;
-  for (const PosedView& view : placed.views) cameras.push_back(view.T_world_camera);
-  const std::vector<Surfel> surfels = surfels_of(placed, kFloorSurfel);
-  const FloorFinding finding = find_floor(surfels, cameras, hints);
+  const auto& [surfels, cameras, finding] = data.floor;
   const std::string problem = problem_of(finding, hints, surfels, cameras);
   const Pose T_map_world =
       finding.floor ? map_frame(*finding.floor, cameras.front()) : cameras.front().inverse();
@@ -191,8 +196,7 @@ Floor read_floor(const std::filesystem::path& file) {
     const double excess = std::abs(read.up.norm() - 1);
     if (!std::isfinite(read.height) || excess > 1e-3)
       throw Error("'up' is no unit vector, or 'height' is not finite", file.string(), fix);
-    // A direction that a run wrote gives the same files again, so it stays as it is to the last
-    // bit.
+    // The direction in floor.json stays bit-identical, so that the same files are written again.
     if (excess > 1e-12) read.up.normalize();
     return read;
   } catch (const nlohmann::json::exception&) {

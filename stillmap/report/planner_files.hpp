@@ -14,9 +14,20 @@
 
 namespace stillmap {
 
+/// The floor of a map, with the surfaces and cameras that it was searched in, world frame.
+struct SearchedFloor {
+  std::vector<Surfel> surfels;  ///< With sides of kFloorSurfel.
+  std::vector<Pose> cameras;    ///< T_world_camera of the views.
+  FloorFinding finding;
+};
+
+/// Searches the floor in all views of a map.
+SearchedFloor search_floor(const PlacedMap& placed, const FloorHints& hints);
+
 /// Data of the files for planners, all in the world frame.
 struct PlannerData {
   const PlacedMap& placed;
+  const SearchedFloor& floor;
   const Trajectory& trajectory;
   const std::vector<MoverTrack>& movers;
 };

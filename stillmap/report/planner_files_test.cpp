@@ -33,8 +33,9 @@ class PlannerFilesOfARoom : public ::testing::Test {
     const PlacedMap placed =
         map.place([](std::uint64_t) { return std::optional(testing_support::kRoomCamera); });
     ResultFolder folder(folder_, ResultFolder::Foreign::kKeep);
-    PlannerFiles files =
-        write_planner_files({placed, {{1.0, testing_support::kRoomCamera}}, {}}, {}, hints, folder);
+    PlannerFiles files = write_planner_files(
+        {placed, search_floor(placed, hints), {{1.0, testing_support::kRoomCamera}}, {}}, {}, hints,
+        folder);
     folder.require_all();
     return files;
   }

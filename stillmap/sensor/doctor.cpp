@@ -163,7 +163,7 @@ void check_offsets(const std::vector<FrameFiles>& frames, Diagnosis& diagnosis) 
     const bool many = 10 * without > frames.size();
     const std::string text =
         fmt::format("{} of {} {} no depth image", without, counted(frames.size(), "color image"),
-                    frames.size() == 1 ? "has" : "have");
+                    have(frames.size()));
     if (many)
       diagnosis.add(make_finding(
           "sparse-depth", text,

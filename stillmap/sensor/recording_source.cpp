@@ -277,10 +277,11 @@ double RecordingSource::median_raw_depth() {
   return readings.empty() ? 0 : upper_median(readings);
 }
 
-/// Sets the unit of 16-bit depth to 0.1 mm, that of a D405, if the recording names one, tells no
-/// unit, and the depths are too large for millimeters: the depth of a D405 is of no use from sigma
-/// = 0.1 m on. Programs other than the driver seldom convert, and a D405 is made for up to half a
-/// meter (datasheet).
+/// Sets the unit of 16-bit depth to 0.1 mm, the native unit of a D405, if the recording names this
+/// camera, contains no unit, and the depths would be too large in millimeters. Depths above 1 m are
+/// doubtful, since a D405 is made for up to half a meter (datasheet); they stay in millimeters if
+/// they are from realsense-ros, which converts, and sigma is below 0.1 m. Other programs seldom
+/// convert.
 void RecordingSource::use_unit_of_d405() {
   constexpr double kFarthest = 1, kUselessSigma = 0.1;  // [m]
   const std::string& topic = streams_.depth.name;
@@ -291,7 +292,7 @@ void RecordingSource::use_unit_of_d405() {
   if (in_millimeters < kFarthest || (both_plausible && is_of_realsense_ros(topic))) return;
   streams_.depth_factor = kTenthsOfMillimeters;
   streams_.notes.push_back(fmt::format(
-      "{}depth unit: 0.1 mm, that of a D405, by the names of the topics; in millimeters the median "
+      "{}depth unit: 0.1 mm, as the topics name a RealSense D405; in millimeters the median "
       "depth of {} would be {:.2f} m{}",
       both_plausible ? "warning: " : "", topic, in_millimeters,
       both_plausible

@@ -224,8 +224,9 @@ TEST(RecordingSource, TheDepthOfAD405IsInItsUnitUnlessItWasConverted) {
                       "");
   EXPECT_EQ(own.camera().depth_factor, 10000);
   EXPECT_THAT(own.notes(),
-              ::testing::Contains(AllOf(HasSubstr("warning: depth unit: 0.1 mm, that of a D405"),
-                                        HasSubstr("'depth_factor: 1000'"))));
+              ::testing::Contains(AllOf(
+                  HasSubstr("warning: depth unit: 0.1 mm, as the topics name a RealSense D405"),
+                  HasSubstr("'depth_factor: 1000'"))));
   RecordingSource converted(folder.write_sqlite("b.db3", messages_with_depth("d405", 300)),
                             std::nullopt, "");
   EXPECT_EQ(converted.camera().depth_factor, 1000);
