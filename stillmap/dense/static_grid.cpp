@@ -15,8 +15,8 @@ namespace {
 
 /// Minimum number of votes against a voxel to remove it; chosen on simulated scenes.
 constexpr int kMinVotes = 2;
-/// Share of the keyframes with a vote on a voxel that must vote against it to remove it [0..1];
-/// chosen on simulated scenes.
+/// Share of the keyframes with a vote on a voxel that must vote against it to remove it [0..1], if
+/// some of them see through it; chosen on simulated scenes.
 constexpr double kRemovalShare = 0.35;
 /// Number of keyframes seeing through a voxel since its last surface after which it is free.
 constexpr int kVacated = 4;
@@ -372,10 +372,10 @@ void StaticGrid::count(VoxelVote vote, std::uint32_t view, StaticCell& cell) {
 bool StaticGrid::is_static(const StaticCell& cell) const {
   if (!options_.remove_ghosts) return true;
   const int against = cell.free + cell.movers;
+  if (against < kMinVotes) return true;
+  if (cell.free == 0) return cell.views >= cell.movers;  // people also stand on static surfaces
   const int votes = against + cell.views;
-  const bool outvoted =
-      against >= kMinVotes && against >= kRemovalShare * static_cast<double>(votes);
-  return !outvoted && cell.free_since < kVacated;
+  return against < kRemovalShare * static_cast<double>(votes) && cell.free_since < kVacated;
 }
 
 bool StaticGrid::is_confirmed(std::uint32_t number) const {

@@ -149,6 +149,21 @@ TEST(StaticGrid, RemovesAMaskedPersonDespiteASingleMissingMask) {
   EXPECT_EQ(nearer_than_wall(grid), 0U);
 }
 
+TEST(StaticGrid, KeepsAFloorOnWhichPeopleStoodInHalfOfTheViews) {
+  const RgbdFrame floor = frame_of(small_camera(), [](int, int) { return kWallDepth; });
+  const RgbdFrame foot = frame_of(small_camera(), [](int u, int) {
+    return std::abs(u - 80) <= 15 ? kWallDepth - 0.03 : kWallDepth;
+  });
+  const cv::Mat1b mask = cv::Mat(foot.depth < kWallDepth - 0.01);
+  const DenseView empty = view_of_frame(floor), stood_on = view_of_frame(foot, mask);
+  StaticGrid grid(0.01), once(0.01);
+  once.add(empty, Pose());
+  for (const DenseView* view : {&empty, &stood_on, &empty, &stood_on}) grid.add(*view, Pose());
+  EXPECT_EQ(static_points(grid).size(), static_points(once).size());
+  grid.add(stood_on, Pose());
+  EXPECT_LT(static_points(grid).size(), 0.9 * static_cast<double>(static_points(once).size()));
+}
+
 TEST(StaticGrid, ConfirmsSurfacesNextToAMoverByASecondView) {
   // A mask covers half of a person who is in one view only, at the border of the known surface.
   const auto frame_with = [](bool person) {

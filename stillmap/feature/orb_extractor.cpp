@@ -19,6 +19,9 @@ namespace {
 /// Side of the cells in which corners are searched again with the low threshold [pixels of the
 /// level].
 constexpr int kCell = 30;
+/// The range of the nine depths around a keypoint exceeds six standard deviations of one with a
+/// probability below .001.
+constexpr double kEdgeSigmas = 6;
 /// Radius of the circle of the FAST test [pixels of the level].
 constexpr float kCircle = 3;
 
@@ -60,7 +63,11 @@ bool known(float depth) { return std::isfinite(depth) && depth > 0; }
 
 }  // namespace
 
-float depth_at(const cv::Mat& depth, float u, float v, double jump) {
+DepthEdge depth_edge_of(const DepthSensor& sensor) {
+  return {.noise = sensor.tolerance<double>(kEdgeSigmas, 0)};
+}
+
+float depth_at(const cv::Mat& depth, float u, float v, const DepthEdge& edge) {
   if (depth.empty()) return 0;
   const int x = std::clamp(static_cast<int>(std::lround(u)), 0, depth.cols - 1);
   const int y = std::clamp(static_cast<int>(std::lround(v)), 0, depth.rows - 1);
@@ -75,7 +82,7 @@ float depth_at(const cv::Mat& depth, float u, float v, double jump) {
       farthest = std::max(farthest, d);
     }
   }
-  return farthest > nearest * (1 + jump) ? nearest : center;
+  return edge.between(nearest, farthest) ? nearest : center;
 }
 
 OrbExtractor::OrbExtractor(const OrbOptions& options, CpuPath path)
@@ -106,7 +113,7 @@ Features OrbExtractor::extract(const cv::Mat& gray, const cv::Mat& depth,
     wanted -= static_cast<int>(features.size() - before);
   }
   const TraceScope depths("depth");
-  for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, options_.depth_jump);
+  for (Keypoint& k : features.keypoints) k.depth = depth_at(depth, k.u, k.v, options_.depth_edge);
   features.grid = KeypointGrid(features.keypoints, gray.cols, gray.rows);
   return features;
 }

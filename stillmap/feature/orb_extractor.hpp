@@ -6,6 +6,7 @@
 #include "stillmap/feature/features.hpp"
 #include "stillmap/feature/pyramid.hpp"
 #include "stillmap/feature/quadtree.hpp"
+#include "stillmap/geometry/depth_sensor.hpp"
 
 #include <optional>
 #include <vector>
@@ -14,8 +15,18 @@
 
 namespace stillmap {
 
-/// Relative depth step from which a keypoint counts as lying on a depth edge.
-inline constexpr double kDepthJump = 0.05;
+/// What counts as a depth edge: a step larger than both limits.
+struct DepthEdge {
+  double relative = 0.05;           ///< Limit relative to the depth; infinite: there are no edges.
+  DepthPolynomial<double> noise{};  ///< Limit by the noise of the sensor at a depth [m].
+
+  bool between(double nearer, double farther) const {
+    return farther > nearer * (1 + relative) && farther > nearer + noise.at(nearer);
+  }
+};
+
+/// Returns the depth edges that a sensor can tell from its noise.
+DepthEdge depth_edge_of(const DepthSensor& sensor);
 
 struct OrbOptions {
   int keypoints = 1000;       ///< Maximum number of keypoints per image over all levels.
@@ -27,7 +38,7 @@ struct OrbOptions {
   /// Minimum distance of corners from the border, at least 16 [pixels of the level].
   int border = 16;
   bool subpixel = true;  ///< Whether corners are refined to sub-pixel accuracy (see subpixel.hpp).
-  double depth_jump = kDepthJump;  ///< See depth_at(); infinite: depth of the nearest pixel.
+  DepthEdge depth_edge{};  ///< See depth_at().
 
   PyramidShape pyramid() const { return {levels, scale_factor}; }
 };
@@ -74,8 +85,8 @@ class OrbExtractor {
 };
 
 /// Returns the depth of a keypoint's surface [m], 0 if unknown: the value at the nearest pixel; at
-/// a depth edge (the 3 x 3 neighborhood differs by more than `jump`, relative) that of the nearer
-/// side, since such a corner belongs to the object in front.
-float depth_at(const cv::Mat& depth, float u, float v, double jump);
+/// a depth edge (by the range of the 3 x 3 neighborhood) that of the nearer side, since such a
+/// corner belongs to the object in front.
+float depth_at(const cv::Mat& depth, float u, float v, const DepthEdge& edge);
 
 }  // namespace stillmap

@@ -269,27 +269,35 @@ TEST(OrbExtractor, RejectsWrongImages) {
 TEST(DepthAt, IsThatOfTheNearestPixel) {
   cv::Mat depth(20, 30, CV_32FC1, cv::Scalar(2));
   depth.at<float>(7, 9) = 2.05F;
-  EXPECT_EQ(depth_at(depth, 9.4F, 6.6F, 0.05), 2.05F);
-  EXPECT_EQ(depth_at(depth, 9.6F, 6.6F, 0.05), 2.0F);
-  EXPECT_EQ(depth_at(depth, -0.4F, 19.4F, 0.05), 2.0F);
-  EXPECT_EQ(depth_at({}, 5, 5, 0.05), 0.0F);
+  EXPECT_EQ(depth_at(depth, 9.4F, 6.6F, {}), 2.05F);
+  EXPECT_EQ(depth_at(depth, 9.6F, 6.6F, {}), 2.0F);
+  EXPECT_EQ(depth_at(depth, -0.4F, 19.4F, {}), 2.0F);
+  EXPECT_EQ(depth_at({}, 5, 5, {}), 0.0F);
 }
 
 TEST(DepthAt, IsUnknownIfThePixelIsUnknown) {
   for (const float hole : {0.0F, -1.0F, std::nanf(""), HUGE_VALF}) {
     cv::Mat depth(20, 30, CV_32FC1, cv::Scalar(2));
     depth.at<float>(7, 9) = hole;
-    EXPECT_EQ(depth_at(depth, 9, 7, 0.05), 0.0F);
-    EXPECT_EQ(depth_at(depth, 10, 7, 0.05), 2.0F);  // A neighboring hole is no edge.
+    EXPECT_EQ(depth_at(depth, 9, 7, {}), 0.0F);
+    EXPECT_EQ(depth_at(depth, 10, 7, {}), 2.0F);  // A neighboring hole is no edge.
   }
+}
+
+TEST(DepthAt, IgnoresStepsThatNoiseReaches) {
+  cv::Mat depth(20, 30, CV_32FC1, cv::Scalar(2));
+  depth.colRange(10, 30) = 2.3;
+  const auto limit = [](double quadratic) { return DepthEdge{.noise = {.quadratic = quadratic}}; };
+  EXPECT_EQ(depth_at(depth, 10, 7, limit(0.07)), 2.0F);  // .28 m at 2 m
+  EXPECT_EQ(depth_at(depth, 10, 7, limit(0.08)), 2.3F);  // .32 m
 }
 
 TEST(DepthAt, UsesTheNearerSideOfAnEdge) {
   cv::Mat depth(20, 30, CV_32FC1, cv::Scalar(2));
   depth.colRange(10, 30) = 3;
-  EXPECT_EQ(depth_at(depth, 9, 7, 0.05), 2.0F);
-  EXPECT_EQ(depth_at(depth, 10, 7, 0.05), 2.0F);
-  EXPECT_EQ(depth_at(depth, 11, 7, 0.05), 3.0F);
+  EXPECT_EQ(depth_at(depth, 9, 7, {}), 2.0F);
+  EXPECT_EQ(depth_at(depth, 10, 7, {}), 2.0F);
+  EXPECT_EQ(depth_at(depth, 11, 7, {}), 3.0F);
 }
 
 }  // namespace

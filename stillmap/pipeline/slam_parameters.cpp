@@ -86,7 +86,7 @@ void set_tracking(const Options::Tracking& from, TrackerOptions& to) {
 void set_extensions(const std::vector<std::string>& names, SlamParameters& to) {
   const auto has = [&](const std::string& name) { return contains(names, name); };
   to.orb.subpixel = has("subpixel");
-  if (!has("foreground-depth")) to.orb.depth_jump = kAnyJump;
+  if (!has("foreground-depth")) to.orb.depth_edge.relative = kAnyJump;
   if (!has("sensor-noise")) to.disparity_sigma = kPixelSigma;
   if (!has("sharp-keyframes")) to.tracker.keyframes.min_sharpness = 0;
   if (!has("three-views")) to.tracker.keyframes.min_views = 2;

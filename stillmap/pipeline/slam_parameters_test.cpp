@@ -77,7 +77,7 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.mapper.max_landmark_sigma, defaults.mapper.max_landmark_sigma);
   EXPECT_EQ(made.mapper.max_first_landmark_sigma, defaults.mapper.max_first_landmark_sigma);
   EXPECT_EQ(made.orb.subpixel, defaults.orb.subpixel);
-  EXPECT_EQ(made.orb.depth_jump, defaults.orb.depth_jump);
+  EXPECT_EQ(made.orb.depth_edge.relative, defaults.orb.depth_edge.relative);
   EXPECT_EQ(made.disparity_sigma, Camera().disparity_sigma);
   EXPECT_EQ(made.places.loops, defaults.places.loops);
   EXPECT_EQ(made.final_adjustment, defaults.final_adjustment);
@@ -123,7 +123,7 @@ TEST(SlamParameters, OfBoxPresetsListTheClassesOfTheirPapers) {
 TEST(SlamParameters, OfTheBaselineHaveNoExtensions) {
   const SlamParameters baseline = parameters_of_preset("orb-rgbd");
   EXPECT_FALSE(baseline.orb.subpixel);
-  EXPECT_TRUE(std::isinf(baseline.orb.depth_jump));
+  EXPECT_TRUE(std::isinf(baseline.orb.depth_edge.relative));
   EXPECT_EQ(baseline.disparity_sigma, 1);  // weighted as pixels are
   EXPECT_FALSE(baseline.tracker.previous_frame_points);
   EXPECT_FALSE(baseline.tracker.compensate_exposure);

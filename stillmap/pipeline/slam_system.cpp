@@ -41,6 +41,11 @@ Camera with_disparity_sigma(Camera camera, double sigma) {
   return camera;
 }
 
+OrbOptions with_depth_noise(OrbOptions orb, const DepthSensor& sensor) {
+  orb.depth_edge.noise = depth_edge_of(sensor).noise;
+  return orb;
+}
+
 Map map_to_begin_in(std::optional<StartingMap>& start, const Camera& camera,
                     const PyramidShape& pyramid) {
   if (!start) return {camera, pyramid};
@@ -65,7 +70,7 @@ SlamSystem::SlamSystem(const Camera& camera, const SlamParameters& options,
       options_(options),
       camera_(with_disparity_sigma(camera, options.disparity_sigma)),
       extend_(!start || start->extend),
-      extractor_(options.orb),
+      extractor_(with_depth_noise(options.orb, camera.depth_sensor)),
       keypoint_budget_(options.orb.keypoints),
       motion_(options.motion),
       tracker_(camera_, options.orb.pyramid(), options.tracker, how_to_begin(start)),

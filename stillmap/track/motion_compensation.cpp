@@ -27,8 +27,8 @@ Eigen::Vector3d MotionCompensation::at_moment(const Eigen::Vector3d& p, double d
 double MotionCompensation::depth_seen_from(const Eigen::Vector3d& p, double depth_delay) const {
   const Eigen::Vector2d uv = camera_.project(at_moment(p, -depth_delay));
   if (!camera_.contains(uv.x(), uv.y())) return 0;
-  const float z =
-      depth_at(image_.depth, static_cast<float>(uv.x()), static_cast<float>(uv.y()), kDepthJump);
+  const float z = depth_at(image_.depth, static_cast<float>(uv.x()), static_cast<float>(uv.y()),
+                           depth_edge_of(camera_.depth_sensor));
   return z > 0 ? at_moment(camera_.unproject(uv.x(), uv.y(), z), depth_delay).z() : 0;
 }
 

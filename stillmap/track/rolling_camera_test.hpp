@@ -80,7 +80,7 @@ struct RollingCamera {
     for (const Eigen::Vector3d& p : points) {
       Keypoint k = recorded(p, t);
       const bool inside = camera.contains(k.u, k.v, 1);
-      if (inside) k.depth = depth_at(image->depth, k.u, k.v, kDepthJump);
+      if (inside) k.depth = depth_at(image->depth, k.u, k.v, {});
       features->keypoints.push_back(k);
       result->evidence.weight.push_back(inside ? 1 : 0);
     }

@@ -72,9 +72,9 @@ ShutterCalibration::TimedPoint ShutterCalibration::timed_point(
   };
   const Keypoint k = at(0, 0), read_later = at(kReadoutStep, 0);
   const Keypoint before = at(0, -kDelayStep), after = at(0, kDelayStep);
+  const auto [nearer, farther] = std::minmax(before.depth, after.depth);
+  const bool edge = nearer <= 0 || depth_edge_of(camera.depth_sensor).between(nearer, farther);
   TimedPoint point;
-  const bool edge = before.depth <= 0 || after.depth <= 0 ||
-                    std::abs(after.depth - before.depth) > kDepthJump * k.depth;
   point.measurement = make_measurement(camera, observation_noise(camera, k.depth), k.u, k.v,
                                        edge ? 0 : k.depth, model.pyramid.scale(k.level));
   point.d_measurement.col(0) = (uvd_of(camera, read_later) - uvd_of(camera, k)) / kReadoutStep;
