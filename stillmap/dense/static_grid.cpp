@@ -38,6 +38,9 @@ constexpr double kFarReach = 3;
 constexpr std::size_t kMinGainPixels = 500;
 constexpr float kDarkest = 16, kBrightest = 240, kLargestGain = 2;
 
+/// Largest distance of neighboring pixels between which a surface is continued [voxels].
+constexpr int kLongestGap = 8;
+
 bool exposed(float value) { return value >= kDarkest && value <= kBrightest; }
 
 /// Returns the i-th of 0, 1, -1, 2, -2 ...
@@ -58,6 +61,22 @@ bool any_around(const Lattice& center, int reach, const Condition& holds) {
 
 Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
   return {static_cast<float>(bgr[2]), static_cast<float>(bgr[1]), static_cast<float>(bgr[0])};
+}
+
+/// Returns whether a pixel and its neighbors to the right and below are static surfaces, and may be
+/// as far apart as a distance [m].
+/// @param pixel  side of a pixel at a depth of 1 m [m]
+bool is_wide_surface(const DenseView& view, int row, int col, double pixel, double distance) {
+  std::uint16_t nearest = 65535, farthest = 0;
+  for (const auto& [r, c] :
+       {std::pair{row, col}, {row, col + 1}, {row + 1, col}, {row + 1, col + 1}}) {
+    if (!view.is_static(r, c)) return false;
+    nearest = std::min(nearest, view.depth(r, c));
+    farthest = std::max(farthest, view.depth(r, c));
+  }
+  const double unit = DenseView::kDepthUnit, side = unit * farthest * pixel;
+  const double step = unit * (farthest - nearest);
+  return side * side + step * step >= distance * distance;
 }
 
 }  // namespace
@@ -211,27 +230,68 @@ void StaticGrid::insert(const PlacedView& placed) {
   const int cols = placed.view().depth.cols;
   for (int i = 0; i < static_cast<int>(cells.size()); ++i) {
     const std::uint32_t number = cells[static_cast<std::size_t>(i)];
-    if (number != kNone) add_pixel(newest_view(), i / cols, i % cols, number);
+    if (number != kNone)
+      add(sample_at(voting_views_.back(), i / cols, i % cols), newest_view(), number);
   }
+  if (options_.interpolate) add_between(voting_views_.back());
 }
 
-void StaticGrid::add_pixel(std::uint32_t view_number, int row, int col, std::uint32_t number) {
-  const VotingView& voter = voting_views_[view_number - 1];
+StaticGrid::Sample StaticGrid::sample_at(const VotingView& voter, int row, int col) {
   const PlacedView& placed = voter.placed;
-  const Eigen::Vector3f& gain = gains_[view_number - 1];
   const DenseView& view = placed.view();
-  const Eigen::Vector3d p_world = placed.point(row, col);
-  const float weight = voter.weight.at(static_cast<float>(placed.depth(row, col)));
+  return {.p_world = placed.point(row, col),
+          .color = rgb_of(view.color(row, col)),
+          .weight = voter.weight.at(static_cast<float>(placed.depth(row, col))),
+          .doubtful = view.kind(row, col) == kDoubtfulSurface};
+}
+
+StaticGrid::Sample StaticGrid::mixed(const Sample& a, const Sample& b, double share_of_b) {
+  const auto share = static_cast<float>(share_of_b);
+  return {.p_world = a.p_world + share_of_b * (b.p_world - a.p_world),
+          .color = a.color + share * (b.color - a.color),
+          .weight = a.weight + share * (b.weight - a.weight),
+          .doubtful = a.doubtful || b.doubtful};
+}
+
+void StaticGrid::add(const Sample& sample, std::uint32_t view, std::uint32_t number) {
+  const Eigen::Vector3f offset =
+      (sample.p_world - corner_of(index_.voxel(number), edge_)).cast<float>();
   StaticCell& cell = cells_[number];
-  cell.offset_sum += weight * (p_world - corner_of(index_.voxel(number), edge_)).cast<float>();
-  cell.color_sum += weight * rgb_of(view.color(row, col)).cwiseProduct(gain).cwiseMin(255.0F);
-  cell.weight += weight;
-  if (cell.pixels < std::numeric_limits<std::uint16_t>::max()) ++cell.pixels;
-  if (cell.last_view == view_number) return;
-  cell.last_view = view_number;
+  cell.offset_sum += sample.weight * offset;
+  cell.color_sum += sample.weight * sample.color.cwiseProduct(gains_[view - 1]).cwiseMin(255.0F);
+  cell.weight += sample.weight;
+  if (cell.last_view == view) return;
+  cell.last_view = view;
   ++cell.views;
-  cell.doubtful += view.kind(row, col) == kDoubtfulSurface;
+  cell.doubtful += sample.doubtful;
   cell.free_since = 0;
+}
+
+// Adds the points between each pixel and its neighbors to the right and below if these are two or
+// more voxels apart, as on a floor in the distance. Pixels at depth edges have no static surface.
+void StaticGrid::add_between(const VotingView& voter) {
+  const PlacedView& placed = voter.placed;
+  const DenseView& view = placed.view();
+  const double pixel = std::max(1 / view.camera.fx, 1 / view.camera.fy);
+  const auto gap = [&](const Sample& a, const Sample& b) {
+    return std::max(1, static_cast<int>((a.p_world - b.p_world).norm() / edge_));
+  };
+  for (int row = 0; row + 1 < view.depth.rows; ++row) {
+    for (int col = 0; col + 1 < view.depth.cols; ++col) {
+      if (!is_wide_surface(view, row, col, pixel, 2 * edge_)) continue;
+      const Sample a = sample_at(voter, row, col), b = sample_at(voter, row, col + 1);
+      const Sample c = sample_at(voter, row + 1, col), d = sample_at(voter, row + 1, col + 1);
+      const int across = std::max(gap(a, b), gap(c, d)), down = std::max(gap(a, c), gap(b, d));
+      if (std::max(across, down) > kLongestGap) continue;
+      for (int i = 1; i < across * down; ++i) {  // 0 is the pixel itself
+        const double x = static_cast<double>(i % across) / across;
+        const double y = static_cast<double>(i / across) / down;
+        const Sample between = mixed(mixed(a, b, x), mixed(c, d, x), y);
+        const std::uint32_t number = cell_of(between.p_world);
+        if (number != kNone) add(between, newest_view(), number);
+      }
+    }
+  }
 }
 
 // Returns the static surfaces in cubes so large that the pixels leave no gaps.
@@ -290,7 +350,7 @@ void StaticGrid::fill_far(std::uint32_t number, const VoxelIndex& near_surfaces)
     for (int col = 0; col < kind.cols; ++col) {
       if (kind(row, col) != kFarSurface) continue;
       const std::uint32_t cell = far_cell(placed, row, col, near_surfaces);
-      if (cell != kNone) add_pixel(number, row, col, cell);
+      if (cell != kNone) add(sample_at(voting_views_[number - 1], row, col), number, cell);
     }
   }
   placed.view().drop_pages();

@@ -20,6 +20,8 @@ namespace stillmap {
 /// Removal of voxels of the static map.
 struct EvidenceOptions {
   bool remove_ghosts = true;  ///< Whether votes remove voxels; the papers keep all of them.
+  /// Whether surfaces are continued between neighboring pixels that are voxels apart.
+  bool interpolate = true;
 };
 
 /// The surface in a voxel of the static map, and the votes on it.
@@ -28,7 +30,6 @@ struct StaticCell {
   Eigen::Vector3f color_sum = Eigen::Vector3f::Zero();   ///< Weighted, R G B.
   float weight = 0;
   std::uint32_t last_view = 0;   ///< Newest view with a static surface in it, counted from 1.
-  std::uint16_t pixels = 0;      ///< Number of pixels in it, at most 65535.
   std::uint16_t views = 0;       ///< Number of views with a static surface in it.
   std::uint16_t free = 0;        ///< Number of views that saw through it.
   std::uint16_t free_since = 0;  ///< Number of views that saw through it after `last_view`.
@@ -104,6 +105,13 @@ class StaticGrid {
     Eigen::Vector3f center;  // world frame
     std::vector<std::uint32_t> blocks;
   };
+  /// A point of a static surface that a view shows.
+  struct Sample {
+    Eigen::Vector3d p_world;
+    Eigen::Vector3f color;  // R G B of the view
+    float weight;
+    bool doubtful;
+  };
   bool is_static(const StaticCell& cell) const;
   /// Numbers of cells or views from `first` to `last`, without `last`.
   struct Range {
@@ -117,7 +125,10 @@ class StaticGrid {
   std::vector<std::uint32_t> cells_under(const PlacedView& placed);
   std::uint32_t cell_of(const Eigen::Vector3d& p_world);
   void insert(const PlacedView& placed);
-  void add_pixel(std::uint32_t view, int row, int col, std::uint32_t number);
+  static Sample sample_at(const VotingView& voter, int row, int col);
+  static Sample mixed(const Sample& a, const Sample& b, double share_of_b);
+  void add(const Sample& sample, std::uint32_t view, std::uint32_t number);
+  void add_between(const VotingView& voter);
   void fill_far(std::uint32_t view, const VoxelIndex& near_surfaces);
   std::uint32_t far_cell(const PlacedView& placed, int row, int col,
                          const VoxelIndex& near_surfaces);

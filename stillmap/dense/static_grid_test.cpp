@@ -60,6 +60,22 @@ TEST(StaticGrid, KeepsTheWeightedMeanOfAVoxel) {
   EXPECT_EQ(grid.cell(cell).views, 2);
 }
 
+TEST(StaticGrid, ContinuesASurfaceBetweenItsPixelsButNotAcrossAnEdge) {
+  // Neighboring pixels are 3.8 cm apart on the wall and 2.3 cm on the object: 3 and 2 voxels.
+  const DenseView view = wall_with_object(80);
+  StaticGrid pixels(0.01, {.interpolate = false}), surface(0.01);
+  pixels.add(view, Pose());
+  surface.add(view, Pose());
+  const std::size_t objects = nearer_than_wall(pixels);
+  const std::size_t walls = static_points(pixels).size() - objects;
+  EXPECT_GT(nearer_than_wall(surface), 3 * objects);
+  EXPECT_LE(nearer_than_wall(surface), 4 * objects);
+  EXPECT_GT(static_points(surface).size() - nearer_than_wall(surface), 7 * walls);
+  for (const Eigen::Vector3f& p : static_points(surface)) {
+    EXPECT_TRUE(std::abs(p.z() - kWallDepth) < 0.01 || std::abs(p.z() - kObjectDepth) < 0.01) << p;
+  }
+}
+
 TEST(StaticGrid, RemovesSurfacesThatLaterViewsSeeThrough) {
   const DenseView with = wall_with_object(80), without = wall_with_object(-1);
   StaticGrid grid(0.01);

@@ -124,6 +124,7 @@ void set_dense(const Options::Dense& from, DenseOptions& to) {
   to.far.max_sigma = from.far_sigma;
   to.every = from.every;
   to.evidence.remove_ghosts = from.method == "votes";
+  to.evidence.interpolate = from.method == "votes";
   to.fuse = from.method == "votes" && from.every > 0;
   to.registration = from.method == "registered";
   if (from.method != "votes") to.back_projection.max_jump = kAnyJump;
