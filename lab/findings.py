@@ -6,9 +6,10 @@
 SEQUENCES holds sequences in TUM layout with groundtruth.txt. Pieces of these lengths that begin every --step frames are
 mapped by one preset without a dense map, and so are pieces of the greatest length of every wrong variant: a wrong depth
 factor or focal length, late depth, shifted depth images (needs Pillow), and a late or inverted truth. A finding on a good
-piece is a false alarm.
+piece is a false alarm, unless it is a note about the truth: notes do not mark the result (exit code 3).
 
-Written to DIR: findings.md (printed at the end) and findings.json, with every finding and its piece.
+Written to DIR after each piece: findings.md (printed at the end) and findings.json, with every finding and its piece. A
+piece that the same program mapped already is not repeated.
 """
 import re
 import shutil
@@ -116,15 +117,16 @@ WRONG = {"depth factor x 2": camera_times("depth_factor", 2), "depth factor x 0.
 
 
 def findings_of(arguments, sequence, first, count):
-    """Returns the codes of the findings by which the result of a piece should not be trusted."""
+    """Returns the findings by which the result of a piece should not be trusted and those about the truth: severity by code."""
     out = arguments.out / "run"
     command = core.run_command(arguments.program, sequence, out,
                                ["--first", first, "--count", count, "--preset", arguments.preset, "--force", "-q"],
                                settings=["dense.enabled=false"])
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode not in (0, core.UNTRUSTED):
-        return ["failed"]
-    return [f["code"] for f in core.read_json(out / "summary.json")["findings"] if f["severity"] == "untrusted"]
+        return {"failed": "error"}
+    return {f["code"]: f["severity"] for f in core.read_json(out / "summary.json")["findings"]
+            if f["severity"] == "untrusted" or f["code"].startswith("truth-")}
 
 
 def pieces(sequence, lengths, step):
@@ -132,35 +134,47 @@ def pieces(sequence, lengths, step):
     return [(first, count) for count in lengths for first in range(0, max(1, frames - count + 1), step)]
 
 
-def measure(arguments, sequence, variant, lengths, step):
-    result = []
-    for first, count in pieces(sequence, lengths, step):
-        found = findings_of(arguments, sequence, first, count)
-        result.append({"sequence": sequence.name, "variant": variant, "first": first, "count": count, "findings": found})
-    core.say(f"{sequence.name}, {variant}: {sum(bool(r['findings']) for r in result)} of {len(result)} with findings")
-    return result
+def measure(arguments, folder, variant, lengths, step, results):
+    """Adds the findings of the pieces of a sequence to the results."""
+    for first, count in pieces(folder, lengths, step):
+        piece = {"program": arguments.version, "preset": arguments.preset, "sequence": folder.name, "variant": variant,
+                 "first": first, "count": count}
+        if not any(piece.items() <= result.items() for result in results):
+            results.append({**piece, "findings": findings_of(arguments, folder, first, count)})
+            write(arguments, results)
+    found = [bool(r["findings"]) for r in results if (r["sequence"], r["variant"]) == (folder.name, variant)]
+    core.say(f"{folder.name}, {variant}: {sum(found)} of {len(found)} with findings")
 
 
 def table(results, head):
     variants = core.in_order(r["variant"] for r in results)
     total = Counter(r["variant"] for r in results)
-    found = Counter((name, r["variant"]) for r in results for name in set(r["findings"]) or {"none"})
-    kinds = sorted({name for name, _ in found}, key=lambda name: (name == "none", name))
-    lines = [[name, *(f"{found[name, variant]}" for variant in variants)] for name in kinds]
+    found = Counter((name, r["variant"]) for r in results for name in r["findings"])
+    marked = Counter(r["variant"] for r in results if set(r["findings"].values()) - {"note"})
+    lines = [[name, *(found[name, variant] for variant in variants)] for name in sorted({name for name, _ in found})]
+    lines.append(["exit code 3", *(marked[variant] for variant in variants)])
     return core.markdown(["finding", *(f"{v}: {total[v]} pieces" for v in variants)], lines, head)
+
+
+def write(arguments, results):
+    text = table(results, f"pieces that end with each finding, preset {arguments.preset}")
+    core.write_tables(arguments.out, text, results, "findings")
+    return text
 
 
 def main(arguments):
     arguments.out.mkdir(parents=True, exist_ok=True)
-    results = []
-    for sequence in core.sequences_of(arguments):
-        results += measure(arguments, sequence, "good", arguments.pieces, arguments.step)
-        for variant, change in WRONG.items():
+    arguments.version = core.sha256_of(arguments.program)
+    sequences = core.sequences_of(arguments)
+    made = core.read_json(arguments.out / "findings.json") or []
+    results = [r for r in made if (r["program"], r["preset"]) == (arguments.version, arguments.preset)]
+    for sequence in sequences:
+        measure(arguments, sequence, "good", arguments.pieces, arguments.step, results)
+    for variant, change in WRONG.items():
+        for sequence in sequences:
             folder = linked(sequence, arguments.out / "wrong" / sequence.name)
             if change(folder):
-                results += measure(arguments, folder, variant, [max(arguments.pieces)], arguments.wrong_step)
+                measure(arguments, folder, variant, [max(arguments.pieces)], arguments.wrong_step, results)
     shutil.rmtree(arguments.out / "wrong", ignore_errors=True)
-    text = table(results, f"pieces that end with each finding, preset {arguments.preset}")
-    core.write_tables(arguments.out, text, results, "findings")
-    print(text)
+    print(write(arguments, results))
     return 0

@@ -134,7 +134,7 @@ class Smoke(unittest.TestCase):
                               "--program", STILLMAP)
         self.assertRegex(printed, r"\| depth-factor \| 0 \| 1 \| 1 \|")
         good = json.loads((out / "findings.json").read_text(encoding="utf-8"))[0]
-        self.assertEqual((good["variant"], good["findings"]), ("good", []))
+        self.assertEqual((good["variant"], good["findings"]), ("good", {}))
 
     def test_calibrations(self):
         out = self.folder / "calibrations"

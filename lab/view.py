@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cost of the view: tracking time with readers, traffic and latency; frames per second of the page for large maps.
 
-  python3 -m lab view SEQUENCE --out RESULTS_DIR [--model NETWORK.onnx] [--points 1,5,10] [--count 300]
+  python3 -m lab view SEQUENCE --out RESULTS_DIR [--model NETWORK.onnx] [--points 1,5,10] [--count 300] [--starts 200]
 
 The sequence is mapped without a view and with `--view` and 0, 1 and 5 clients, which read everything as
 fast as they can, as a browser on another computer does. Tracking times are those of the run's summary.json. Then
 clouds of --points million points are shown in a headless Chromium, which turns the map: its WebGL runs in software.
+With --starts only runs of 20 frames are started so many times, each shown by the same page from its start and read by two
+clients, and those that do not end within five minutes are counted.
 
 Written to RESULTS_DIR: view.md (printed at the end), view.json, and a folder per run.
 """
@@ -22,6 +24,7 @@ from lab import browser, core
 
 CLIENTS = (None, 0, 1, 5)  # None: without --view
 SECONDS = 20  # time for which the page turns a map
+START_FRAMES, START_LIMIT = 20, 300  # frames of a start, and the time within which it ends [s]
 
 
 def add_arguments(parser):
@@ -32,6 +35,7 @@ def add_arguments(parser):
     parser.add_argument("--schedule", choices=("realtime", "lockstep"), default="realtime", help="default: %(default)s")
     parser.add_argument("--count", type=int, default=300, help="frames per run; default: %(default)s")
     parser.add_argument("--points", default="1,5,10", help="million points of the clouds; empty: none; default: %(default)s")
+    parser.add_argument("--starts", type=int, default=0, help="number of starts with a page connected; default: none")
 
 
 class Reader(threading.Thread):
@@ -62,13 +66,39 @@ def address_in(process):
     raise core.Failed("the program printed no address")
 
 
+def started(arguments, out, count, words):
+    """A run with these words."""
+    words = [arguments.program, "run", arguments.sequence, "--schedule", arguments.schedule, "--count", count,
+             "--out", out, "--force", *(["--model", arguments.model] if arguments.model else []), *words]
+    return subprocess.Popen([str(w) for w in words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+
+
+def starts_that_hang(arguments):
+    """The starts that do not end, by number."""
+    hanging = []
+    with browser.Browser(1280, 800) as chromium:
+        page = chromium.page()
+        for start in range(arguments.starts):
+            process = started(arguments, arguments.out / "start", START_FRAMES, ["--view", 0])
+            url = address_in(process)
+            page.open(url)
+            readers = [Reader(url), Reader(url)]
+            try:
+                process.communicate(timeout=START_LIMIT)
+            except subprocess.TimeoutExpired:
+                hanging.append(start)
+                process.kill()
+                process.communicate()
+            for reader in readers:
+                reader.join(10)
+            core.say(f"start {start + 1}: {len(hanging)} hung")
+    return hanging
+
+
 def run_with(clients, arguments):
     """Figures of one run in realtime."""
     out = arguments.out / f"run_{'plain' if clients is None else clients}"
-    words = [arguments.program, "run", arguments.sequence, "--schedule", arguments.schedule, "--count", arguments.count,
-             "--out", out, "--force", *(["--model", arguments.model] if arguments.model else []),
-             *([] if clients is None else ["--view", 0])]
-    process = subprocess.Popen([str(w) for w in words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    process = started(arguments, out, arguments.count, [] if clients is None else ["--view", 0])
     readers = [Reader(url) for url in [address_in(process)] * clients] if clients is not None else []
     process.stdout.read()
     if process.wait() not in (0, 3):
@@ -139,6 +169,9 @@ def page_with(millions, arguments):
 
 def main(arguments):
     arguments.out.mkdir(parents=True, exist_ok=True)
+    if arguments.starts > 0:
+        print(f"{len(starts_that_hang(arguments))} of {arguments.starts} starts with a page connected did not end")
+        return 0
     runs = [run_with(clients, arguments) for clients in CLIENTS]
     pages = [page_with(float(m), arguments) for m in arguments.points.split(",") if m] if browser.find_browser() else []
     cell = core.cell

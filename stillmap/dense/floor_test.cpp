@@ -46,13 +46,17 @@ struct Room {
   void add_level(double x, double y, double length, double width, double z) {
     add_rectangle({x, y, z}, {length, 0, 0}, {0, width, 0}, {0, 0, 1}, surfels);
   }
-  /// Returns the finding in the frame of the camera, as for a run that begins there.
-  FloorFinding find(const FloorHints& hints = {}) const {
+  /// Returns the surfels in the frame of the camera, as for a run that begins there.
+  std::vector<Surfel> seen() const {
     std::vector<Surfel> seen;
     for (const Surfel& s : surfels) {
       seen.push_back({camera.inverse() * s.point, camera.quaternion().conjugate() * s.normal});
     }
-    return find_floor(seen, {Pose()}, hints);
+    return seen;
+  }
+  /// Returns the finding in the frame of the camera.
+  FloorFinding find(const FloorHints& hints = {}) const {
+    return find_floor(seen(), {Pose()}, hints);
   }
   Eigen::Vector3d up() const { return camera.quaternion().conjugate() * Eigen::Vector3d::UnitZ(); }
 };
@@ -248,6 +252,27 @@ TEST(Floor, TheDirectionOfWallsIsKnownUpToRightAngles) {
   const Pose T_map_world(so3_exp({0, 0, yaw}), Eigen::Vector3d::Zero());
   EXPECT_NEAR(wall_direction(room.surfels, T_map_world), yaw, 1e-9);
   EXPECT_EQ(wall_direction({}, T_map_world), 0);
+}
+
+TEST(Floor, UprightAxesAreAlongAndAcrossTheWallsAndUpward) {
+  Room room;
+  room.camera = Pose(so3_exp({0, 0, 0.3}), Eigen::Vector3d::Zero()) * room.camera;
+  room.add_level(1, -1.5, 3, 3, 0);
+  const FloorFinding found = room.find();
+  ASSERT_TRUE(found.up.has_value()) << found.reason;
+  const Eigen::Matrix3d R = upright_axes(found, room.seen(), {Pose()});
+  EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-9);
+  EXPECT_NEAR(R.determinant(), 1, 1e-9);
+  const auto seen = [&](const Eigen::Vector3d& v) {
+    return room.camera.quaternion().conjugate() * v;
+  };
+  EXPECT_LT(angle_between(R.row(2), seen(Eigen::Vector3d::UnitZ())), kDegree);
+  EXPECT_LT(angle_between(R.row(0), seen(Eigen::Vector3d::UnitX())), kDegree);
+}
+
+TEST(Floor, UprightAxesOfAnUnknownFloorAreUprightInTheImages) {
+  const Eigen::Matrix3d R = upright_axes({.reason = "unknown"}, {}, {Pose()});
+  EXPECT_LT((R.row(2).transpose() + Eigen::Vector3d::UnitY()).norm(), 1e-9);
 }
 
 }  // namespace
