@@ -440,7 +440,8 @@ class StillmapNode(Node):
         return response
 
     def _restart(self):
-        """Leaves the present map; the next frame starts a new one."""
+        """Leaves the present map; the next frame starts a new one, which is extended."""
+        self.extend = True
         if self.mapper is not None and self.map_file:
             journal_of(self.map_file).unlink(missing_ok=True)
         self.mapper, self.load, self.newest_grid, self.images.info = None, None, None, None
