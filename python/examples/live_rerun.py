@@ -21,7 +21,7 @@ slam = stillmap.Slam(camera)
 rr.log("world", rr.ViewCoordinates.RDF, static=True)
 rr.log("world/camera", rr.Pinhole(image_from_camera=camera.matrix, width=camera.width, height=camera.height))
 for frame in source:
-    pose = slam.push(frame)
+    pose = slam.push(frame).T_world_camera
     rr.set_time("stamp", timestamp=frame.stamp)
     rr.log("world/camera", rr.Image(frame.rgb))
     if pose is not None:

@@ -18,7 +18,7 @@ server.scene.set_up_direction("-y")
 source = stillmap.source(sys.argv[1])
 slam = stillmap.Slam(source.camera)
 for frame in source:
-    pose = slam.push(frame)
+    pose = slam.push(frame).T_world_camera
     if pose is not None:
         rotation = viser.transforms.SO3.from_matrix(pose[:3, :3])
         server.scene.add_camera_frustum("/camera", fov=0.8, aspect=4 / 3, image=frame.rgb[::4, ::4],

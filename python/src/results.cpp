@@ -52,6 +52,25 @@ py::object box_of(const MovingObject& mover) {
   return array_of({a.x(), a.y(), a.z(), b.x(), b.y(), b.z()}, {2, 3});
 }
 
+const char* state_name(PoseState state) {
+  switch (state) {
+    case PoseState::kTracked:
+      return "tracked";
+    case PoseState::kNoMap:
+      return "no map";
+    case PoseState::kLost:
+      return "lost";
+    case PoseState::kSkipped:
+      break;
+  }
+  return "skipped";
+}
+
+py::object matrix_or_none(const std::optional<Pose>& pose) {
+  if (!pose) return py::none();
+  return matrix_of(*pose);
+}
+
 Trajectory keyframes_of(const Snapshot& snapshot) {
   Trajectory trajectory;
   for (const KeyframePose& k : snapshot.keyframes)
@@ -126,13 +145,19 @@ void bind_updates(py::module_& module) {
       .def_readonly("index", &PoseUpdate::frame_index)
       .def_readonly("stamp", &PoseUpdate::timestamp, "Time of the frame [s].")
       .def_property_readonly(
-          "T_world_camera",
-          [](const PoseUpdate& u) -> py::object {
-            if (!u.T_world_camera) return py::none();
-            return matrix_of(*u.T_world_camera);
-          },
-          "Pose, 4x4 float64 [m]; None while there is no map or the camera is lost.")
-      .def_readonly("reason", &PoseUpdate::reason, "Reason why there is no pose; or empty.")
+          "state", [](const PoseUpdate& u) { return state_name(u.state); },
+          "'tracked'; without a pose 'no map' yet, 'lost', or 'skipped' by the options.")
+      .def_property_readonly(
+          "T_world_camera", [](const PoseUpdate& u) { return matrix_or_none(u.T_world_camera); },
+          "Pose, 4x4 float64 [m]; or None.")
+      .def_property_readonly(
+          "T_previous_camera",
+          [](const PoseUpdate& u) { return matrix_or_none(u.T_previous_camera); },
+          "Motion since the previous frame, 4x4 float64 [m], without the filter and corrections of "
+          "the map: visual odometry. None in a snapshot, and where poses do not continue.")
+      .def_readonly("reason", &PoseUpdate::reason,
+                    "Reason why there is no pose, and why the place of a lost camera is not found; "
+                    "empty if there is one.")
       .def_readonly("inliers", &PoseUpdate::inliers, "Landmarks that agree with the pose.")
       .def_readonly("relocalized", &PoseUpdate::relocalized)
       .def_readonly("certain", &PoseUpdate::certain,

@@ -78,13 +78,13 @@ class PythonSlam {
 
   /// Needs no GIL.
   /// @param depth  none: all depth is unknown
-  std::optional<Pose> push(const LentImage& rgb, const std::optional<LentImage>& depth,
-                           double stamp, const std::optional<LentImage>& mask) {
+  PoseUpdate push(const LentImage& rgb, const std::optional<LentImage>& depth, double stamp,
+                  const std::optional<LentImage>& mask) {
     const std::scoped_lock lock(mutex_);
     const cv::Mat depths = depth ? depth->mat() : cv::Mat(unknown_depth());
     return push_masked(slam_.make_frame(rgb.mat(), depths, stamp), mask);
   }
-  std::optional<Pose> push(const Frame& frame, const std::optional<LentImage>& mask) {
+  PoseUpdate push(const Frame& frame, const std::optional<LentImage>& mask) {
     const std::scoped_lock lock(mutex_);
     require_camera(*frame.camera);
     return push_masked(frame.data, mask);
@@ -106,14 +106,20 @@ class PythonSlam {
     const std::scoped_lock lock(mutex_);
     slam_.keep_journal(file);
   }
-  void save_map(const std::filesystem::path& file) const {
+  void set_mode(Mode mode) {
     const std::scoped_lock lock(mutex_);
-    slam_.save_map(file);
+    slam_.set_mode(mode);
   }
+  std::vector<Finding> findings() const {
+    const std::scoped_lock lock(mutex_);
+    return results_ ? results_->findings : slam_.findings();
+  }
+  std::vector<MovingObject> movers() const { return slam_.movers(); }
+  void save_map(const std::filesystem::path& file) const { slam_.save_map(file); }
 
  private:
   cv::Mat1f unknown_depth() const { return cv::Mat1f::zeros(camera_.height, camera_.width); }
-  std::optional<Pose> push_masked(const RgbdFramePtr& frame, const std::optional<LentImage>& mask) {
+  PoseUpdate push_masked(const RgbdFramePtr& frame, const std::optional<LentImage>& mask) {
     if (mask) {
       require_masks();
       const cv::Mat1b lent = mask->mat();
@@ -194,32 +200,27 @@ void require_seconds(double stamp) {
               kPush, "divide nanoseconds by 1e9, microseconds by 1e6, milliseconds by 1e3");
 }
 
-py::object matrix_or_none(const std::optional<Pose>& pose) {
-  if (!pose) return py::none();
-  return matrix_of(*pose);
-}
-
-py::object push_images(PythonSlam& slam, const py::object& rgb, const py::object& depth,
+PoseUpdate push_images(PythonSlam& slam, const py::object& rgb, const py::object& depth,
                        double stamp, const py::object& mask) {
   require_seconds(stamp);
   const LentImage color = LentImage::color(rgb);
   const std::optional<LentImage> depths = depth_of(depth), lent_mask = mask_of(mask);
-  std::optional<Pose> pose;
-  {
-    const py::gil_scoped_release release;
-    pose = slam.push(color, depths, stamp, lent_mask);
-  }
-  return matrix_or_none(pose);
+  const py::gil_scoped_release release;
+  return slam.push(color, depths, stamp, lent_mask);
 }
 
-py::object push_frame(PythonSlam& slam, const Frame& frame, const py::object& mask) {
+PoseUpdate push_frame(PythonSlam& slam, const Frame& frame, const py::object& mask) {
   const std::optional<LentImage> lent_mask = mask_of(mask);
-  std::optional<Pose> pose;
-  {
-    const py::gil_scoped_release release;
-    pose = slam.push(frame, lent_mask);
+  const py::gil_scoped_release release;
+  return slam.push(frame, lent_mask);
+}
+
+void set_mode(PythonSlam& slam, const std::string& mode) {
+  if (mode != "map" && mode != "localize") {
+    throw Error("there is no mode '" + mode + "'", "set_mode", "give \"map\" or \"localize\"");
   }
-  return matrix_or_none(pose);
+  const py::gil_scoped_release release;
+  slam.set_mode(mode == "map" ? Mode::kMap : Mode::kLocalize);
 }
 
 Signature slam_signature() {
@@ -308,8 +309,8 @@ void bind_slam(py::module_& module) {
            "Tracks a frame of a source. Returns as the other form does.")
       .def("push", &push_images, py::arg("rgb"), py::arg("depth"), py::arg("stamp"),
            py::arg("mask") = py::none(),
-           "Tracks a frame. Returns T_world_camera, 4x4 float64 [m], or None while there is no map "
-           "or the camera is lost. rgb: H x W x 3 uint8 RGB, or H x W gray; depth: H x W, uint16 "
+           "Tracks a frame. Returns its PoseUpdate. rgb: H x W x 3 uint8 RGB, or H x W gray; "
+           "depth: H x W, uint16 "
            "in units of 1 / camera.depth_factor meters or float32 [m], registered to the color "
            "image; 0 or NaN where unknown, None without a depth image; stamp: time of the color "
            "image [s], rising; mask: H x W "
@@ -323,17 +324,22 @@ void bind_slam(py::module_& module) {
       .def_property_readonly("cloud", &newest<kCloud>,
                              "Cloud of the results, or of a snapshot before finish().")
       .def_property_readonly(
-          "movers",
-          [](const PythonSlam& slam) -> py::object {
-            return py::cast(snapshot_of(slam)).attr("movers");
-          },
+          "movers", &PythonSlam::movers, WithoutGil(),
           "Moving objects in the newest frame (Mover), as in a snapshot. The tracks of the whole "
           "run (MoverTrack) are in the results.")
+      .def(
+          "set_mode", &set_mode, py::arg("mode"),
+          "\"map\": the frames pushed from now on extend the map; \"localize\": the camera is only "
+          "localized in it, and it stays as it is.")
+      .def_property_readonly("findings", &PythonSlam::findings, WithoutGil(),
+                             "Findings of the results; before finish() what the frames pushed so "
+                             "far show to be wrong, such as a wrong depth factor.")
       .def("finish", &PythonSlam::finish, WithoutGil(),
            "Waits for all threads, applies global bundle adjustment and returns the Results; "
            "a second call returns the same. No frame may be pushed afterwards.")
       .def("save_map", &PythonSlam::save_map, py::arg("file"), WithoutGil(),
-           "Saves the map for load_map. Called after finish().");
+           "Saves the map for load_map, at any time; before finish() without the final "
+           "adjustment.");
 }
 
 }  // namespace stillmap::python

@@ -179,7 +179,7 @@ def test_a_frame_without_depth_has_unknown_depth(small, frames, camera):
     tracked = trajectory(None)
     assert len(tracked) == len(frames)
     np.testing.assert_array_equal(tracked, trajectory(np.zeros_like(frames[0].depth)))
-    assert stillmap.Slam(small).push(RGB, None, 0.0) is None  # There is no map without depth.
+    assert stillmap.Slam(small).push(RGB, None, 0.0).state == "no map"  # There is no map without depth.
 
 
 def test_a_mask_needs_a_system_that_expects_masks(small, system):

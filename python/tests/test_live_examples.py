@@ -13,12 +13,10 @@ import pytest
 from test_examples import SOURCE
 
 import stillmap
+from stillmap import lens as lens_models
 
-ROS = ("message_filters", "rclpy", "rclpy.qos", "rclpy.signals", "rclpy.utilities", "geometry_msgs", "geometry_msgs.msg",
-       "sensor_msgs", "sensor_msgs.msg", "scipy", "scipy.spatial", "scipy.spatial.transform")
 EXAMPLES = {"live_kinect": ("freenect",), "live_oak": ("depthai",), "live_orbbec": ("pyorbbecsdk",),
-            "live_realsense": ("pyrealsense2",), "live_record3d": ("record3d",), "live_zed": ("pyzed",),
-            "ros2_node": ROS}
+            "live_realsense": ("pyrealsense2",), "live_record3d": ("record3d",), "live_zed": ("pyzed",)}
 
 
 @pytest.fixture(name="load")
@@ -78,8 +76,6 @@ def test_no_camera_starts_without_a_folder_for_the_results(load, monkeypatch, tm
     monkeypatch.setattr(sys, "argv", [name, *arguments])
     example = load(name)
     stand_ins = [sys.modules[package] for package in EXAMPLES[name]]
-    if name == "ros2_node":
-        example.remove_ros_args = list
     started = [len(stand_in.mock_calls) for stand_in in stand_ins]
     with pytest.raises(SystemExit) as ended:
         example.main()
@@ -152,8 +148,8 @@ def test_a_camera_that_delivers_nothing_ends_the_run(live, frames, camera, tmp_p
 @pytest.mark.parametrize("lens, coefficients", [
     ("plumb_bob", [0.1, -0.05, 0.001, -0.002, 0.01]), ("BROWN_CONRADY", [0.1, -0.05, 0.001, -0.002, 0.01, 0, 0, 0]),
     ("brown_conrady", [0.1]), ("none", [0] * 5), ("rational_polynomial", [0.1, -0.05, 0.001, -0.002, 0.01, 0, 0, 0])])
-def test_coefficients_of_browns_model_are_taken_as_they_are(live, lens, coefficients):
-    found = live.distortion(lens, coefficients, 640, 480, 600, 600, 320, 240)
+def test_coefficients_of_browns_model_are_taken_as_they_are(lens, coefficients):
+    found = lens_models.brown_coefficients(lens, coefficients, 640, 480, 600, 600, 320, 240)
     np.testing.assert_array_equal(found, np.pad(coefficients, (0, 5))[:5])
 
 
@@ -161,40 +157,40 @@ LENS = 640, 480, 600, 600, 320, 240
 GRID = np.meshgrid(np.linspace(-0.5, 0.5, 9), np.linspace(-0.4, 0.4, 7))
 
 
-def test_the_rational_model_is_approximated(live):
+def test_the_rational_model_is_approximated():
     k1, k2, p1, p2, k3, k4, k5, k6 = given = 0.3, 0.05, 0.001, -0.002, 0.01, 0.35, 0.04, 0.005
-    fitted = live.distortion("rational_polynomial", given, *LENS)
+    fitted = lens_models.brown_coefficients("rational_polynomial", given, *LENS)
     x, y = GRID
     r2 = x**2 + y**2
     ratio = (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) / (1 + k4 * r2 + k5 * r2**2 + k6 * r2**3)
     true = (x * ratio + 2 * p1 * x * y + p2 * (r2 + 2 * x**2), y * ratio + p1 * (r2 + 2 * y**2) + 2 * p2 * x * y)
-    assert np.abs(np.subtract(live.polynomial(x, y, *fitted), true)).max() < 0.1 / 600
-    assert np.abs(np.subtract(live.polynomial(x, y, *given[:5]), true)).max() > 5 / 600  # the first five alone
+    assert np.abs(np.subtract(lens_models.polynomial(x, y, *fitted), true)).max() < 0.1 / 600
+    assert np.abs(np.subtract(lens_models.polynomial(x, y, *given[:5]), true)).max() > 5 / 600  # the first five alone
 
 
-def test_the_inverse_model_is_inverted(live):
+def test_the_inverse_model_is_inverted():
     given = -0.055, 0.064, -0.0009, 0.0005, -0.02
-    fitted = live.distortion("inverse_brown_conrady", given, *LENS)
-    ideal = live.polynomial(*GRID, *given)
-    assert np.abs(np.subtract(live.polynomial(*ideal, *fitted), GRID)).max() < 0.1 / 600
+    fitted = lens_models.brown_coefficients("inverse_brown_conrady", given, *LENS)
+    ideal = lens_models.polynomial(*GRID, *given)
+    assert np.abs(np.subtract(lens_models.polynomial(*ideal, *fitted), GRID)).max() < 0.1 / 600
 
 
-def test_the_equidistant_model_is_approximated_where_it_can_be(live):
+def test_the_equidistant_model_is_approximated_where_it_can_be():
     given = 0.02, -0.01, 0.003, 0.001
-    fitted = live.distortion("equidistant", given, *LENS)
+    fitted = lens_models.brown_coefficients("equidistant", given, *LENS)
     for radius in (0.1, 0.3, 0.5):
         angle = np.arctan(radius)
         distorted = angle * (1 + sum(k * angle ** (2 * i) for i, k in enumerate(given, 1)))
-        assert abs(live.polynomial(radius, 0, *fitted)[0] - distorted) < 0.1 / 600
-    with pytest.raises(SystemExit, match="differs from the lens"):
-        live.distortion("equidistant", given, 848, 800, 286, 286, 424, 400)
+        assert abs(lens_models.polynomial(radius, 0, *fitted)[0] - distorted) < 0.1 / 600
+    with pytest.raises(lens_models.LensError, match="differs from the lens"):
+        lens_models.brown_coefficients("equidistant", given, 848, 800, 286, 286, 424, 400)
 
 
 @pytest.mark.parametrize("lens, coefficients", [("thin_prism", [0.1] * 12), ("rational_polynomial", [0.1] * 12),
                                                 ("ftheta", [0.1]), ("equidistant", [0.1] * 5)])
-def test_an_unknown_lens_is_refused(live, lens, coefficients):
-    with pytest.raises(SystemExit, match="not supported.\n  fix"):
-        live.distortion(lens, coefficients, *LENS)
+def test_an_unknown_lens_is_refused(lens, coefficients):
+    with pytest.raises(lens_models.LensError, match="not supported.\n  fix"):
+        lens_models.brown_coefficients(lens, coefficients, *LENS)
 
 
 class RealSensePipeline:
@@ -278,7 +274,7 @@ def test_live_orbbec(load, live, recording, frames, camera):
     distortion.k1, distortion.k4 = 0.3, 0.35
     assert example.camera_of(profile, "kinect_v1").distorted
     distortion.k6 = 50
-    with pytest.raises(SystemExit, match="brown_conrady_k6|BROWN_CONRADY_K6"):
+    with pytest.raises(lens_models.LensError, match="brown_conrady_k6|BROWN_CONRADY_K6"):
         example.camera_of(profile, "kinect_v1")
 
 
@@ -350,79 +346,3 @@ def test_live_kinect(load, live, recording, frames, camera, monkeypatch):
     monkeypatch.setattr(example, "time", SimpleNamespace(monotonic=lambda: next(stamps)))
     nominal = live.camera_of((camera.width, camera.height), camera.fx, camera.fy, camera.cx, camera.cy)
     check(live, nominal, recording, frames, example.frames_of(range(len(frames) + 1)))
-
-
-def image_message(encoding, pixels, big_endian=False, padding=8):
-    """A message of ROS with rows of more bytes than their pixels have."""
-    stored = pixels.astype(pixels.dtype.newbyteorder(">" if big_endian else "<"))
-    rows = np.pad(stored.view(np.uint8).reshape(pixels.shape[0], -1), ((0, 0), (0, padding)))
-    return SimpleNamespace(encoding=encoding, height=pixels.shape[0], width=pixels.shape[1], step=rows.shape[1],
-                           data=rows.tobytes(), is_bigendian=big_endian)
-
-
-def test_ros2_images_of_all_encodings(load, frames):
-    example = load("ros2_node")
-    rgb = np.ascontiguousarray(frames[0].rgb)
-    bgr, gray = np.ascontiguousarray(rgb[:, :, ::-1]), np.ascontiguousarray(frames[0].gray)
-    alpha = np.full((*gray.shape, 1), 255, np.uint8)
-    colors = {"rgb8": rgb, "rgba8": np.dstack([rgb, alpha]), "bgr8": bgr, "bgra8": np.dstack([bgr, alpha]), "8UC3": bgr}
-    for encoding, pixels in colors.items():
-        np.testing.assert_array_equal(example.pixels_of(image_message(encoding, pixels)), rgb)
-    for encoding in ("mono8", "8UC1"):
-        np.testing.assert_array_equal(example.pixels_of(image_message(encoding, gray)), gray)
-    depth = {"16UC1": millimeters(frames[0]), "mono16": millimeters(frames[0]), "32FC1": frames[0].depth.copy()}
-    for encoding, pixels in depth.items():
-        for big_endian in (False, True):
-            found = example.pixels_of(image_message(encoding, pixels, big_endian))
-            np.testing.assert_array_equal(found, pixels)
-            assert found.dtype == pixels.dtype and found.dtype.isnative
-    with pytest.raises(ValueError, match="'bayer_rggb8' are not read\n  fix: give a topic with one of rgb8"):
-        example.pixels_of(image_message("bayer_rggb8", gray))
-
-
-def camera_info(camera, **changes):
-    p = np.hstack([np.diag([2.0, 2.0, 1.0]) @ camera.matrix, np.zeros((3, 1))])
-    return SimpleNamespace(**{"width": camera.width, "height": camera.height, "k": camera.matrix.ravel(), "p": p.ravel(),
-                              "d": [], "distortion_model": "plumb_bob"} | changes)
-
-
-def test_ros2_cameras(load, camera):
-    example = load("ros2_node")
-    found = example.camera_of(camera_info(camera, d=[0.1, 0.2, 0, 0]), "realsense_d435i")
-    np.testing.assert_array_equal(found.matrix, camera.matrix)
-    assert found.distorted and found.depth_factor == 1000
-    rectified = example.camera_of(camera_info(camera, d=[0.1, 0.2, 0, 0]), "kinect_v1", rectified=True)
-    assert rectified.fx == 2 * camera.fx and not rectified.distorted
-    for changes in ({"d": [0.1] * 12}, {"d": [0.1] * 4, "distortion_model": "unknown"}):
-        with pytest.raises(SystemExit, match="image_proc"):
-            example.camera_of(camera_info(camera, **changes), "kinect_v1")
-    with pytest.raises(stillmap.Error, match="kinect_v0"):
-        example.camera_of(camera_info(camera), "kinect_v0")
-
-
-def test_ros2_node_maps_and_publishes(load, recording, frames, camera, tmp_path, monkeypatch):
-    example = load("ros2_node")
-    messages = [(image_message("rgb8", np.ascontiguousarray(f.rgb)), image_message("16UC1", millimeters(f)), camera_info(camera))
-                for f in frames]
-    for message, frame in zip(messages, frames):
-        seconds, nanoseconds = divmod(round(1e9 * frame.stamp), 10**9)
-        message[0].header = SimpleNamespace(stamp=SimpleNamespace(sec=seconds, nanosec=nanoseconds), frame_id="color")
-    messages.insert(0, (None, None, camera_info(camera)))  # taken for the camera only
-    callbacks, source = [], iter(messages)
-    example.message_filters.ApproximateTimeSynchronizer = lambda *_: SimpleNamespace(registerCallback=callbacks.append)
-
-    def spin_once(node, timeout_sec):
-        for message in source:
-            callbacks[0](*message)
-            return
-        raise KeyboardInterrupt
-    node = mock.MagicMock()
-    node.declare_parameter.return_value.value = "kinect_v1"
-    node.resolve_topic_name.return_value = "/camera/color/image_raw"
-    example.rclpy.spin_once, example.rclpy.create_node = spin_once, returns(node)
-    example.Rotation.from_matrix.return_value.as_quat.return_value = 0, 0, 0, 1
-    example.remove_ros_args = lambda arguments: arguments[:2]
-    monkeypatch.setattr(sys, "argv", ["ros2_node.py", str(tmp_path), "--ros-args", "-r", "color:=/camera/color/image_raw"])
-    assert example.main() is None
-    assert positions(tmp_path) == len(frames)
-    assert node.create_publisher.return_value.publish.call_count == len(frames)

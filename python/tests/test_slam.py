@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The class Slam against the command, and its results."""
+import re
+
 import numpy as np
 import pytest
 
@@ -66,7 +68,7 @@ def test_pushed_masks_give_the_bytes_of_a_folder_of_masks(recording, frames, cam
 
 
 def test_a_pose_is_a_matrix_and_agrees_with_the_truth(recording, frames, slam):
-    poses = [slam.push(frame) for frame in frames]
+    poses = [slam.push(frame).T_world_camera for frame in frames]
     assert all(pose.shape == (4, 4) and pose.dtype == np.float64 for pose in poses)
     np.testing.assert_allclose(poses[0], np.eye(4), atol=1e-9)
     np.testing.assert_allclose(poses[-1][:3, :3] @ poses[-1][:3, :3].T, np.eye(3), atol=1e-9)
@@ -80,9 +82,10 @@ def test_a_pose_is_a_matrix_and_agrees_with_the_truth(recording, frames, slam):
 def test_a_snapshot_has_the_state_of_the_newest_frame(frames, camera):
     slam = stillmap.Slam(camera)
     for frame in frames:
-        pose = slam.push(frame)
+        update = slam.push(frame)
     snapshot = slam.snapshot()
-    np.testing.assert_allclose(snapshot.newest.T_world_camera, pose, atol=1e-12)
+    np.testing.assert_allclose(snapshot.newest.T_world_camera, update.T_world_camera, atol=1e-12)
+    assert snapshot.newest.state == update.state == "tracked"
     assert snapshot.newest.index == len(frames) - 1
     assert snapshot.newest.covariance.shape == (6, 6)
     assert snapshot.trajectory.shape == (len(frames), 8)
@@ -121,24 +124,58 @@ def test_a_journal_is_a_start_for_another_run(frames, camera, tmp_path):
         slam.push(frame)
     slam.finish()
     again = stillmap.Slam(camera, load_map=tmp_path / "run.journal", extend_map=False)
-    assert [again.push(frame) for frame in frames][-1] is not None
+    assert [again.push(frame) for frame in frames][-1].state == "tracked"
     with pytest.raises(stillmap.Error, match="journal of another run"):
         again.keep_journal(tmp_path / "run.journal")
 
 
 def test_a_saved_map_is_a_start_for_another_run(frames, camera, tmp_path):
     slam = stillmap.Slam(camera)
-    with pytest.raises(stillmap.Error, match="call finish"):
-        slam.save_map(tmp_path / "office.map")
     for frame in frames:
         slam.push(frame)
+    slam.save_map(tmp_path / "early.map")
     slam.finish()
     slam.save_map(tmp_path / "office.map")
-    again = stillmap.Slam(camera, load_map=tmp_path / "office.map", extend_map=False)
-    poses = [again.push(frame) for frame in frames]
-    assert poses[-1] is not None
+    for name in ("early.map", "office.map"):
+        again = stillmap.Slam(camera, load_map=tmp_path / name, extend_map=False)
+        updates = [again.push(frame) for frame in frames]
+        assert updates[0].state == "lost" and "not recognized yet" in updates[0].reason
+        assert updates[-1].state == "tracked"
     with pytest.raises(stillmap.Error, match="nowhere.map"):
         stillmap.Slam(camera, load_map="/nowhere.map")
+
+
+def test_an_unknown_place_is_explained(frames, camera, tmp_path):
+    slam = stillmap.Slam(camera, dense={"enabled": False}, movers={"enabled": False})
+    for frame in frames[:4]:
+        slam.push(frame)
+    slam.save_map(tmp_path / "office.map")
+    again = stillmap.Slam(camera, load_map=tmp_path / "office.map", extend_map=False)
+    mirrored = [again.push(frame.rgb[:, ::-1], frame.depth[:, ::-1], frame.stamp) for frame in frames]
+    assert all(update.state == "lost" for update in mirrored)
+    assert re.search("no similar keyframe|needed|no pose fits|expected landmarks", mirrored[-1].reason)
+
+
+def test_the_mode_changes_while_it_runs(frames, camera):
+    slam = stillmap.Slam(camera, movers={"enabled": False})
+    keyframes = []
+    for mode, part in (("map", frames[:8]), ("localize", frames[8:16]), ("map", frames[16:])):
+        slam.set_mode(mode)
+        updates = [slam.push(frame) for frame in part]
+        assert all(update.state == "tracked" for update in updates)
+        keyframes.append(slam.snapshot().keyframes[:, 0])
+    np.testing.assert_array_equal(keyframes[0], keyframes[1])
+    with pytest.raises(stillmap.Error, match='give "map" or "localize"'):
+        slam.set_mode("mapping")
+
+
+def test_the_motions_between_frames_are_the_odometry(frames, slam):
+    updates = [slam.push(frame) for frame in frames]
+    assert updates[0].T_previous_camera is None
+    pose = updates[1].T_world_camera
+    for update in updates[2:]:
+        pose = pose @ update.T_previous_camera
+    np.testing.assert_allclose(pose, updates[-1].T_world_camera, atol=0.02)
 
 
 def test_nothing_is_pushed_after_the_end(frames, slam):
@@ -166,6 +203,8 @@ def test_a_wrong_depth_factor_is_a_finding(recording):
         slam = stillmap.Slam(used, **options)
         for frame in stillmap.source(recording, camera=used):
             slam.push(frame)
+            early = [f.code for f in slam.findings]
+        assert early == codes[:1]
         findings = slam.finish().findings
         assert [f.code for f in findings] == codes
         assert all(f.severity == "untrusted" and f.fix for f in findings)

@@ -2,6 +2,7 @@
 #include "stillmap/loop/relocalizer.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -48,8 +49,8 @@ class Attempt {
   }
 
  private:
-  bool fail(std::string reason) {
-    reason_ = std::move(reason);
+  bool fail(const std::string& reason) {
+    reason_ = "the most similar place: " + reason;
     return false;
   }
 
@@ -73,7 +74,7 @@ class Attempt {
                        scale});
     }
     if (static_cast<int>(pixels.size()) < kMinMatches)
-      return fail(fmt::format("{} matches", pixels.size()));
+      return fail(fmt::format("{} matches of {} needed", pixels.size(), kMinMatches));
     if (const auto rigid = find_rigid_motion(map_.camera(), solid, kMinRansacInliers)) {
       T_world_camera_ = candidate_.T_world_camera * rigid->model;
       return true;
@@ -93,7 +94,8 @@ class Attempt {
       T_world_camera_ = solved_.solution.T_world_camera;
     }
     const auto inliers = static_cast<int>(solved_.inliers.size());
-    if (inliers < kMinInliers) return fail(fmt::format("{} landmarks agree", inliers));
+    if (inliers < kMinInliers)
+      return fail(fmt::format("{} landmarks agree of {} needed", inliers, kMinInliers));
     const int with_depth = solved_.solution.depth_inliers + solved_.contradicted;
     if (solved_.contradicted > kMaxContradicted * with_depth)
       return fail(fmt::format("{} of {} depths disagree", solved_.contradicted, with_depth));
@@ -142,9 +144,11 @@ RelocalizationVerification relocalize(const Map& map, const PlaceIndex& index,
   const BagOfWords bag =
       index.vocabulary().transform(image.features.descriptors, image.static_weight);
   RelocalizationVerification verification{std::nullopt, "no similar keyframe"};
+  bool first = true;
   for (const PlaceCandidate& place : find_places(map, index, bag.words, {}, 0, kIslandShare)) {
-    verification =
+    RelocalizationVerification tried =
         Attempt(map, image, map.at(place.keyframe)).run(bag, *index.find(place.keyframe));
+    if (std::exchange(first, false) || tried.result) verification = std::move(tried);
     if (verification.result) break;
   }
   return verification;

@@ -24,10 +24,10 @@ struct Relocalization {
   double found_share = 0, blank_share = 0;  ///< See MatchConsistency [0..1].
 };
 
-/// A result, or the reason for the failure, for the log.
+/// A result, or the reason for the failure.
 struct RelocalizationVerification {
   std::optional<Relocalization> result;
-  std::string reason;  ///< Empty if there is a result.
+  std::string reason;  ///< Of the most similar place; empty if there is a result.
 };
 
 /// Finds the pose of a camera in the map without an initial guess. Tries the candidates of place

@@ -79,12 +79,15 @@ void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& fo
   // The moved poses may be those around a relocalization result. If the tracker did not accept it,
   // its world is another one.
   if (!map.found || tracked->relocalized) task.moved = map.moved;
-  if (!extend_) task.moved = poses_of_loaded(tracked->enters_world(), std::move(task.moved));
+  if (!extend_) task.moved = poses_to_place(tracked->enters_world(), std::move(task.moved));
   if (wants(*tracked)) {
     task.tracked = tracked;
     task.found = found;
     task.may_become_view = is_due(*tracked);
-    if (task.may_become_view) last_frame_ = tracked->frame->index();
+    if (task.may_become_view) {
+      last_frame_ = tracked->frame->index();
+      ++pushed_views_;
+    }
   }
   if (!task.tracked && !task.moved) return;
   task.made = std::exchange(made_, {});
@@ -92,15 +95,16 @@ void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& fo
   stage_->push(std::move(task));
 }
 
-/// Returns the keyframe poses of a loaded map that is not extended; null once all its views are in
-/// the live map.
-std::shared_ptr<const KeyframePoses> DenseStream::poses_of_loaded(
+/// Returns the keyframe poses of a map that is not extended; null once all its views are in the
+/// live map.
+std::shared_ptr<const KeyframePoses> DenseStream::poses_to_place(
     bool localized, std::shared_ptr<const KeyframePoses> moved) {
   if (localized && moved) {
     localized_ = std::move(moved);
-    frames_to_place_ = loaded_views_;
+    frames_to_place_ = loaded_views_ + pushed_views_;
     return localized_;
   }
+  if (moved) return moved;
   const bool busy = realtime_ && stage_->waiting() > kBusy;
   if (frames_to_place_ == 0 || busy) return nullptr;
   --frames_to_place_;

@@ -37,6 +37,9 @@ class DenseStream {
   DenseStream(const Camera& camera, const SlamParameters& options, bool extend,
               std::vector<AnchoredView> loaded);
 
+  /// Sets whether the frames pushed from now on are added.
+  void set_extend(bool extend) { extend_ = extend; }
+
   /// Adds a frame, with the newest detections and the state of the map at that frame. Frames
   /// without a pose only pass on the poses of corrected keyframes. In lockstep every keyframe is
   /// added, so that the dense map depends on the data alone; in realtime some are skipped if the
@@ -64,7 +67,7 @@ class DenseStream {
   /// after finish().
   PlacedMap place(const Map& map);
   /// Returns the views of all components, relative to keyframes numbered as in Map::content().
-  /// Called after finish().
+  /// Called in ask() or after finish().
   std::vector<AnchoredView> saved_views(const Map& map) const;
 
   // Called in ask() or after finish().
@@ -93,8 +96,8 @@ class DenseStream {
 
   bool is_due(const TrackedFrame& tracked) const;
   bool wants(const TrackedFrame& tracked);
-  std::shared_ptr<const KeyframePoses> poses_of_loaded(bool localized,
-                                                       std::shared_ptr<const KeyframePoses> moved);
+  std::shared_ptr<const KeyframePoses> poses_to_place(bool localized,
+                                                      std::shared_ptr<const KeyframePoses> moved);
   void work(const Task& task);
   void add(const Task& task);
   void follow(const KeyframePoses& moved);
@@ -106,13 +109,15 @@ class DenseStream {
   const std::size_t max_mask_age_;  // maximum age of the labels' detections [frames]
   // number of frames between two added frames that are not keyframes; 0: only keyframes are added
   const std::size_t every_;
-  const bool realtime_, extend_;
+  const bool realtime_;
+  bool extend_;
   const bool fuse_;               // whether frames between the views are averaged in them
   std::size_t loaded_views_ = 0;  // number of loaded views; they have the first ids
-  std::size_t last_frame_ = 0;    // index of the last frame that might become a view
+  std::size_t pushed_views_ = 0;  // number of frames that might become views
+  std::size_t last_frame_ = 0;    // index of the last of them
   std::size_t frames_left_out_ = 0;
   std::vector<NewKeyframe> made_;  // keyframes that are not passed to the thread yet
-  // For a map that is not extended: keyframe poses of the component in which the camera was
+  // While the map is not extended: keyframe poses of the component in which the camera was
   // localized, and the number of frames for which the live map still gets them, since it places
   // only some views per frame.
   std::shared_ptr<const KeyframePoses> localized_;

@@ -92,6 +92,9 @@ class FrameLog {
   explicit FrameLog(std::vector<FrameRecord> records)
       : extends_map_(true), records_(std::move(records)) {}
 
+  /// Sets whether frames extend the map from now on.
+  void set_extend(bool extend) { extends_map_ = extend; }
+
   /// Adds the record of a frame.
   void add(const TrackedFrame& tracked, const TrackingTimes& times);
   /// Makes the poses of frames that became keyframes relative to their own keyframes.
@@ -133,7 +136,7 @@ class FrameLog {
  private:
   FrameRecord& record_of(std::size_t frame_index) { return records_[position(frame_index)]; }
 
-  const bool extends_map_;
+  bool extends_map_;
   std::shared_ptr<const Trajectory> final_poses_;  // under the mutex
   /// Frames whose maps were started again by the next frame, until that is a keyframe: index of
   /// that frame, and the relative pose.

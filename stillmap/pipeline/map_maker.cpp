@@ -92,9 +92,10 @@ LocalMapPtr MapMaker::snapshot_for(const KeyframeProposal& proposal) {
   return snapshot_around(center.valid() ? center : map_.current_keyframe(proposal.reference));
 }
 
-std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost) {
+std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost, std::string& reason) {
   const TraceScope scope(span::kRelocalization);
   const RelocalizationVerification verification = places_.find(map_, *lost);
+  reason = verification.reason;
   if (!verification.result) return std::nullopt;
   const Relocalization& r = *verification.result;
   return RelocalizationResult{lost, snapshot_around(r.reference), r.T_reference_camera, r.landmarks,

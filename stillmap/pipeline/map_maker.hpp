@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace stillmap {
@@ -36,8 +37,9 @@ class MapMaker {
   /// most of the proposal's landmarks.
   LocalMapPtr snapshot_for(const KeyframeProposal& proposal);
 
-  /// Relocalizes a frame of a lost camera.
-  std::optional<RelocalizationResult> find(const FramePtr& lost);
+  /// Relocalizes a frame of a lost camera. Returns none if its place is not found.
+  /// @param reason  set to the reason, or to an empty text
+  std::optional<RelocalizationResult> find(const FramePtr& lost, std::string& reason);
 
   /// Returns the bundle of the whole component for global bundle adjustment after a loop closure or
   /// merge, once; otherwise null. It invalidates earlier bundles.

@@ -24,8 +24,9 @@ constexpr std::size_t kAtTheEnd = std::numeric_limits<std::size_t>::max();
 
 Mapping::Mapping(Map map, const SlamParameters& options, bool extend)
     : schedule_(options.schedule),
+      final_adjustment_(options.final_adjustment),
       extend_(extend),
-      final_adjustment_(extend && options.final_adjustment),
+      extended_(extend),
       components_started_(next_component(map)),
       maker_(std::move(map), options) {
   // In lockstep the tracker waits for a global adjustment, so it must not wait for an idle core.
@@ -37,23 +38,30 @@ Mapping::Mapping(Map map, const SlamParameters& options, bool extend)
       "whole map", adjuster_priority);
   stage_ = std::make_unique<MapStage>(
       kQueue, WhenFull::kBlock,
-      [this](const TrackedFramePtr& tracked, const auto& publish) { work(*tracked, publish); },
-      "map", ThreadPriority::kMap);
+      [this](const MapTask& task, const auto& publish) { work(task, publish); }, "map",
+      ThreadPriority::kMap);
 }
 
-void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish) {
+void Mapping::set_extend(bool extend) {
+  extend_ = extend;
+  extended_ |= extend;
+}
+
+void Mapping::work(const MapTask& task, const MapStage::Publish& publish) {
+  const TrackedFrame& tracked = *task.tracked;
   trace_frame(tracked.frame->index());
   if (!tracked.proposal) {
     publish(relocalization_update(tracked.frame));
     return;
   }
-  if (!extend_) {
-    const LocalMapPtr around = maker_.snapshot_for(*tracked.proposal);
-    publish({around});
-    publish({around});
+  apply_due_adjustment(tracked.frame->index());
+  if (!task.extend) {
+    MapUpdate around{maker_.snapshot_for(*tracked.proposal)};
+    publish(around);
+    around.moved = maker_.take_moved();
+    publish(std::move(around));
     return;
   }
-  apply_due_adjustment(tracked.frame->index());
   MapUpdate inserted{maker_.insert(*tracked.proposal)};
   inserted.moved = maker_.take_moved();
   inserted.made = {tracked.frame->index(), tracked.frame->timestamp(), maker_.newest()};
@@ -69,7 +77,8 @@ void Mapping::work(const TrackedFrame& tracked, const MapStage::Publish& publish
 
 /// Returns the relocalization result with the poses around it.
 Mapping::MapUpdate Mapping::relocalization_update(const FramePtr& lost) {
-  MapUpdate answer{nullptr, maker_.find(lost)};
+  MapUpdate answer;
+  answer.found = maker_.find(lost, answer.not_found);
   if (answer.found) {
     answer.moved =
         std::make_shared<KeyframePoses>(maker_.poses_around(answer.found->local_map->reference));
@@ -108,7 +117,7 @@ void Mapping::apply_due_adjustment(std::size_t frame_index) {
 void Mapping::push(const TrackedFramePtr& tracked) {
   const std::size_t now = tracked->frame->index();
   if (tracked->proposal) {
-    stage_->push(tracked);
+    stage_->push({tracked, extend_});
     const std::size_t inserted = now + static_cast<std::size_t>(schedule_.insert_delay);
     // The snapshot of a new map does not wait for pending updates of the previous one.
     if (tracked->state == TrackState::kStarted)
@@ -122,7 +131,7 @@ void Mapping::push(const TrackedFramePtr& tracked) {
     }
   } else if ((tracked->state == TrackState::kLost || tracked->tracked_by_odometry) &&
              !relocalizing_) {
-    stage_->push(tracked);
+    stage_->push({tracked, extend_});
     expect(now + static_cast<std::size_t>(schedule_.relocalize_delay));
     relocalizing_ = true;
   }
@@ -153,10 +162,12 @@ MapView Mapping::view_for(std::size_t frame_index) {
       if (newest_->component + 1 == components_started_) await_first_snapshot_ = false;
     } else {
       relocalizing_ = false;
+      not_found_ = std::move(update->not_found);
       if (!std::exchange(relocalization_outdated_, false)) view.found = std::move(update->found);
     }
   }
   view.local_map = newest_;
+  view.not_found = not_found_;
   return view;
 }
 
@@ -165,7 +176,7 @@ MapView Mapping::drain() {
   MapView view = view_for(kAtTheEnd);
   change([this] {
     apply_due_adjustment(kAtTheEnd);
-    if (extend_) maker_.merge_remaining();
+    if (extended_) maker_.merge_remaining();
   });
   return view;
 }
@@ -175,7 +186,7 @@ void Mapping::drop(std::uint32_t component) {
 }
 
 void Mapping::finish() {
-  if (final_adjustment_) change([this] { maker_.adjust_all(); });
+  if (final_adjustment_ && extended_) change([this] { maker_.adjust_all(); });
 }
 
 /// Changes the map on its own thread, so that it never changes during ask().

@@ -9,6 +9,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace stillmap {
@@ -24,6 +25,7 @@ struct NewKeyframe {
 struct MapView {
   LocalMapPtr local_map;                      ///< Null while there is no map.
   std::optional<RelocalizationResult> found;  ///< Result of a relocalization, if one succeeded.
+  std::string not_found;  ///< Reason why the newest relocalization failed; empty if it did not.
   /// Poses of the keyframes around the camera if they were moved; otherwise null.
   std::shared_ptr<const KeyframePoses> moved;
   std::vector<NewKeyframe> made;  ///< Keyframes made since the previous view.
@@ -35,8 +37,11 @@ struct MapView {
 class Mapping {
  public:
   /// @param map     empty, or loaded
-  /// @param extend  false: the map is only read and stays unchanged
+  /// @param extend  false: the map is only read and stays unchanged, until set_extend()
   Mapping(Map map, const SlamParameters& options, bool extend = true);
+
+  /// Sets whether the frames pushed from now on extend the map.
+  void set_extend(bool extend);
 
   /// Passes a tracked frame to mapping; frames without a task are ignored. A keyframe proposal
   /// gives two snapshots: with its landmarks, and refined; or, if the map is not extended, twice
@@ -76,6 +81,7 @@ class Mapping {
   struct MapUpdate {
     LocalMapPtr local_map;                                 // Null for a relocalization result.
     std::optional<RelocalizationResult> found = {};        // Nothing if relocalization failed.
+    std::string not_found = {};                            // See MapView.
     std::shared_ptr<const KeyframePoses> moved = nullptr;  // See MapView.
     NewKeyframe made = {};                                 // Invalid id if none was inserted.
   };
@@ -84,10 +90,14 @@ class Mapping {
     BundleResult result;
   };
   using BundlePtr = std::shared_ptr<const MapBundle>;
-  using MapStage = Stage<TrackedFramePtr, MapUpdate>;
+  struct MapTask {
+    TrackedFramePtr tracked;
+    bool extend = true;  // whether the frame extends the map
+  };
+  using MapStage = Stage<MapTask, MapUpdate>;
   using AdjustStage = Stage<BundlePtr, Adjusted>;
 
-  void work(const TrackedFrame& tracked, const MapStage::Publish& publish);
+  void work(const MapTask& task, const MapStage::Publish& publish);
   MapUpdate relocalization_update(const FramePtr& lost);
   void adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish);
   void begin_adjustment(std::size_t frame_index);
@@ -98,7 +108,9 @@ class Mapping {
   std::optional<MapUpdate> next_update(std::size_t frame_index);
 
   const ScheduleOptions schedule_;
-  const bool extend_, final_adjustment_;
+  const bool final_adjustment_;
+  bool extend_;                           // whether frames extend the map now
+  bool extended_;                         // whether they ever did
   std::uint32_t components_started_ = 0;  // number of components so far
 
   // used by the mapping thread until drain()
@@ -111,6 +123,7 @@ class Mapping {
   bool relocalization_outdated_ = false;  // a map was started after the pending request
   std::deque<std::size_t> due_;  // frame from which each update still to be taken is visible
   LocalMapPtr newest_;
+  std::string not_found_;                  // see MapView
   std::unique_ptr<AdjustStage> adjuster_;  // last members: their threads use the above
   std::unique_ptr<MapStage> stage_;        // this one uses the adjuster
 };

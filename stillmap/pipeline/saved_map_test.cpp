@@ -195,6 +195,39 @@ TEST(SavedMap, IsTheSameWithAllKeyframesOnDisk) {
   std::filesystem::remove_all(options.dense.memory.folder);
 }
 
+TEST(SavedMap, ARunThatOnlyLocalizesForAWhileMakesNoKeyframesThenAndIsRepeatable) {
+  const auto run_in_parts = [] {
+    const Visit& visited = visit("xyz");
+    SlamSystem slam(visited.camera(), recorded::small_options("static"));
+    for (std::size_t i = 0; i < visited.frames.size(); ++i) {
+      if (i == 30) slam.set_extend(false);
+      if (i == 60) slam.set_extend(true);
+      EXPECT_TRUE(slam.push(visited.frames[i])) << "frame " << i;
+    }
+    for (const FrameRecord& frame : slam.finish().frames)
+      EXPECT_FALSE(frame.keyframe && frame.index >= 30 && frame.index < 60) << frame.index;
+    return saved_map_bytes(slam.saved_map("test"));
+  };
+  const std::string bytes = run_in_parts();
+  EXPECT_EQ(run_in_parts(), bytes);
+  EXPECT_NE(saved_map_bytes(first_visit().map), bytes);
+}
+
+TEST(SavedMap, OfAMomentDoesNotChangeTheRun) {
+  SlamSystem slam(visit("xyz").camera(), recorded::small_options("static"));
+  SavedMap early;
+  for (const auto& frame : visit("xyz").frames) {
+    slam.push(frame);
+    if (frame->index == 45) early = slam.saved_map("test");
+  }
+  slam.finish();
+  EXPECT_EQ(saved_map_bytes(slam.saved_map("test")), saved_map_bytes(first_visit().map));
+  const SavedMap read = saved_map_from_bytes(saved_map_bytes(early), "early.map");
+  EXPECT_FALSE(read.views.empty());
+  const Outcome again = run(visit("xyz"), StartingMap{read, false});
+  EXPECT_GT(again.result.tracked(), visit("xyz").frames.size() / 2);
+}
+
 TEST(SavedMap, EveryAlteredByteAndEveryOtherLengthIsNoticed) {
   const std::string bytes = saved_map_bytes(tiny_map());
   ASSERT_EQ(error_of(bytes), "");

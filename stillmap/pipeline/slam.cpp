@@ -87,6 +87,15 @@ std::optional<StartingMap> starting_map(const std::optional<StartMap>& start,
   return StartingMap{read_saved_map(start->file, memory), start->extend};
 }
 
+PoseUpdate skipped(const RgbdFrame& frame) {
+  PoseUpdate update;
+  update.frame_index = frame.index;
+  update.timestamp = frame.timestamp;
+  update.state = PoseState::kSkipped;
+  update.reason = "left out by the options of the input";
+  return update;
+}
+
 Results results_of(const std::shared_ptr<const RunDetails>& details) {
   const SlamResult& result = details->result;
   Results results;
@@ -123,7 +132,8 @@ struct Slam::Impl {
                starting_map(start, parameters.dense.memory)) {}
 
   void require_pushable(const RgbdFramePtr& frame);
-  void notify();
+  PoseUpdate track(const RgbdFramePtr& frame);
+  void notify(const PoseUpdate& update);
   void notify_keyframes(const MapView& view);
 
   const Stopwatch watch;
@@ -169,11 +179,19 @@ void Slam::Impl::require_pushable(const RgbdFramePtr& frame) {
               "frames of a FrameSource, construct Slam with its camera()");
 }
 
+PoseUpdate Slam::Impl::track(const RgbdFramePtr& frame) {
+  const RgbdFramePtr tracked =
+      options.input.half_size ? std::make_shared<const RgbdFrame>(halved(*frame)) : frame;
+  system.push(tracked);
+  check.add(*tracked);
+  return pose_update(*system.newest(), system.view().not_found);
+}
+
 /// Calls the subscribers of all events of the frame pushed last.
-void Slam::Impl::notify() {
+void Slam::Impl::notify(const PoseUpdate& update) {
   const TrackedFrame& newest = *system.newest();
   const MapView& view = system.view();
-  if (pose.any()) pose.call(pose_update(newest));
+  if (pose.any()) pose.call(update);
   if (keyframe.any()) notify_keyframes(view);
   // A relocalization result that the tracker did not accept only adds another component to the
   // view.
@@ -225,29 +243,34 @@ RgbdFramePtr Slam::make_frame(const cv::Mat& color, const cv::Mat& depth, double
   return frame;
 }
 
-std::optional<Pose> Slam::push(const RgbdFramePtr& frame) {
+PoseUpdate Slam::push(const RgbdFramePtr& frame) {
   impl_->require_running("Slam::push");
   impl_->require_pushable(frame);
-  std::optional<Pose> T_world_camera;
   const bool used = impl_->selection.uses_next();
-  if (used) {
-    const bool half = impl_->options.input.half_size;
-    const RgbdFramePtr tracked = half ? std::make_shared<const RgbdFrame>(halved(*frame)) : frame;
-    T_world_camera = impl_->system.push(tracked);
-    impl_->check.add(*tracked);
-  }
+  const PoseUpdate update = used ? impl_->track(frame) : skipped(*frame);
   impl_->selection.advance();
   impl_->next_index = std::max(impl_->next_index, frame->index + 1);
   if (used && impl_->journal) impl_->journal->add_newest();
-  if (used) impl_->notify();
-  return T_world_camera;
+  if (used) impl_->notify(update);
+  return update;
 }
 
-std::optional<Pose> Slam::push(const cv::Mat& color, const cv::Mat& depth, double timestamp) {
+PoseUpdate Slam::push(const cv::Mat& color, const cv::Mat& depth, double timestamp) {
   return push(make_frame(color, depth, timestamp));
 }
 
+void Slam::set_mode(Mode mode) {
+  impl_->require_running("Slam::set_mode");
+  impl_->system.set_extend(mode == Mode::kMap);
+}
+
+std::vector<Finding> Slam::findings() const { return impl_->check.findings(); }
+
 std::shared_ptr<const Snapshot> Slam::snapshot() const { return impl_->system.snapshot(); }
+
+std::vector<MovingObject> Slam::movers() const {
+  return moving_objects(impl_->system.ask_movers().get());
+}
 
 Subscription Slam::on_pose(std::function<void(const PoseUpdate&)> call) {
   return impl_->pose.add(std::move(call), "Slam::on_pose");
@@ -291,7 +314,6 @@ Results Slam::finish() {
 }
 
 void Slam::save_map(const std::filesystem::path& file) const {
-  if (!impl_->finished) throw Error("the run goes on", "Slam::save_map", "call finish() first");
   write_saved_map(file, impl_->system.saved_map(kWriter));
 }
 

@@ -31,6 +31,8 @@ void replace_poses(const Trajectory& by, Trajectory& trajectory) {
   }
 }
 
+bool extends(const std::optional<StartingMap>& start) { return !start || start->extend; }
+
 TrackerStart how_to_begin(const std::optional<StartingMap>& start) {
   if (!start) return TrackerStart::kNewMap;
   return start->extend ? TrackerStart::kInMap : TrackerStart::kInMapOnly;
@@ -69,21 +71,27 @@ SlamSystem::SlamSystem(const Camera& camera, const SlamParameters& options,
       construction_(std::in_place, &track_),
       options_(options),
       camera_(with_disparity_sigma(camera, options.disparity_sigma)),
-      extend_(!start || start->extend),
       extractor_(with_depth_noise(options.orb, camera.depth_sensor)),
       keypoint_budget_(options.orb.keypoints),
       motion_(options.motion),
       tracker_(camera_, options.orb.pyramid(), options.tracker, how_to_begin(start)),
       instances_(std::move(detector), options),
-      mapping_(map_to_begin_in(start, camera_, options.orb.pyramid()), options, extend_),
-      dense_(camera_, options, extend_, views_to_begin_with(start)),
+      mapping_(map_to_begin_in(start, camera_, options.orb.pyramid()), options, extends(start)),
+      dense_(camera_, options, extends(start), views_to_begin_with(start)),
       movers_(options.movers, options.schedule.realtime),
-      log_(extend_) {
+      log_(extends(start)) {
   construction_.reset();  // all threads have been made and have their tracks
   end_track_ = track_.trace().tracks().size();
 }
 
 SlamSystem::~SlamSystem() = default;
+
+void SlamSystem::set_extend(bool extend) {
+  tracker_.set_extend(extend);
+  mapping_.set_extend(extend);
+  dense_.set_extend(extend);
+  log_.set_extend(extend);
+}
 
 std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   check(image);
@@ -348,9 +356,17 @@ StageTimes SlamSystem::stage_times() const {
   return times;
 }
 
-SavedMap SlamSystem::saved_map(const std::string& writer) const {
-  const Map& map = mapping_.map();
-  return {writer, map.content(), dense_.saved_views(map)};
+SavedMap SlamSystem::saved_map(const std::string& writer) {
+  SavedMap saved{writer, {}, {}};
+  mapping_
+      .ask([&](const MapMaker& maker) {
+        saved.map = maker.map().content();
+        // The dense map's thread never waits for the map's, which waits for it here.
+        dense_.ask([&](const DenseStream& dense) { saved.views = dense.saved_views(maker.map()); })
+            .get();
+      })
+      .get();
+  return saved;
 }
 
 }  // namespace stillmap

@@ -101,6 +101,9 @@ class SlamSystem {
   /// map or the camera is lost. Throws Error if the frame's size is not the camera's.
   std::optional<Pose> push(const RgbdFramePtr& frame);
 
+  /// Sets whether the frames pushed from now on extend the map.
+  void set_extend(bool extend);
+
   /// The frame pushed last, as the tracker saw it; null before the first.
   const TrackedFramePtr& newest() const { return newest_; }
 
@@ -163,9 +166,9 @@ class SlamSystem {
   /// The map of the keyframes and landmarks, after finish().
   const Map& map() const { return mapping_.map(); }
 
-  /// The whole map, to be saved; one begun in included. After finish().
+  /// The whole map, to be saved; one begun in included. May be called by any thread at any time.
   /// @param writer  the program, with its version
-  SavedMap saved_map(const std::string& writer) const;
+  SavedMap saved_map(const std::string& writer);
 
  private:
   void check(const RgbdFramePtr& frame) const;
@@ -191,7 +194,6 @@ class SlamSystem {
 
   const SlamParameters options_;
   const Camera camera_;
-  const bool extend_;
   OrbExtractor extractor_;
   KeypointBudget keypoint_budget_;
   LoadShedding load_shedding_;

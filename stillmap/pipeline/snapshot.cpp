@@ -40,6 +40,11 @@ MovingObject moving_object(int id, const std::string& class_name, const MoverSam
           .box = sample.box};
 }
 
+PoseState pose_state(TrackState state) {
+  if (state == TrackState::kWaiting) return PoseState::kNoMap;
+  return state == TrackState::kLost ? PoseState::kLost : PoseState::kTracked;
+}
+
 }  // namespace
 
 void add_map(const MapMaker& maker, const std::vector<PlacedFrame>& frames, Snapshot& snapshot) {
@@ -66,6 +71,7 @@ void add_map(const MapMaker& maker, const std::vector<PlacedFrame>& frames, Snap
 PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
   PoseUpdate update{.frame_index = newest.index,
                     .timestamp = newest.timestamp,
+                    .state = pose_state(newest.state),
                     .T_world_camera = std::nullopt,
                     .reason = newest.reason,
                     .inliers = newest.inliers,
@@ -77,11 +83,14 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
   return update;
 }
 
-PoseUpdate pose_update(const TrackedFrame& tracked) {
+PoseUpdate pose_update(const TrackedFrame& tracked, const std::string& not_found) {
+  const bool searched = tracked.state == TrackState::kLost && !not_found.empty();
   return {.frame_index = tracked.frame->index(),
           .timestamp = tracked.frame->timestamp(),
+          .state = pose_state(tracked.state),
           .T_world_camera = tracked.T_world_filtered(),
-          .reason = tracked.reason,
+          .T_previous_camera = tracked.T_previous_camera,
+          .reason = searched ? tracked.reason + "; " + not_found : tracked.reason,
           .inliers = tracked.inliers,
           .relocalized = tracked.relocalized,
           .certain = !is_uncertain(tracked),

@@ -33,6 +33,9 @@ struct TrackedFrame {
   /// Correction of the pose by the motion before it: T_world_camera T_camera_filtered is handed out
   /// during the run; the map uses T_world_camera. See TrajectoryFilter.
   Pose T_camera_filtered;
+  /// Motion since the previous frame, whatever was corrected in between; none if that has no pose
+  /// in the same map.
+  std::optional<Pose> T_previous_camera;
   int inliers = 0;           ///< number of landmarks that agree with the pose
   bool relocalized = false;  ///< The camera was lost, and this frame confirmed a relocalization.
   bool tracked_by_odometry = false;  ///< The pose comes from the previous frame, not from the map.

@@ -54,6 +54,7 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
     : model_{camera, pyramid},
       options_(options),
       start_(start),
+      extend_(start != TrackerStart::kInMapOnly),
       calibration_(camera.shutter.value_or(options.shutter)),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
       new_map_policy_(options.new_map),
@@ -116,7 +117,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
   if (found) {
     if (auto result = relocalized(frame, *found)) return result;
   }
-  if (initial && start_ == TrackerStart::kInMapOnly && options_.tracked_by_odometry) {
+  if (initial && !extend_ && options_.tracked_by_odometry) {
     const auto odometry = track_by_odometry(model_, *frame, initial->estimate);
     if (odometry) return tracked_by_odometry(frame, *odometry);
   }
@@ -139,11 +140,12 @@ void Tracker::calibrate_shutter(const FramePtr& frame, const std::optional<Initi
 
 TrackedFramePtr Tracker::track_without_map(const FramePtr& frame,
                                            const std::optional<RelocalizationResult>& found) {
-  if (start_ == TrackerStart::kNewMap) return start_map(frame);
+  if (start_ == TrackerStart::kNewMap && extend_) return start_map(frame);
   if (found) {
     if (auto result = relocalized(frame, *found)) return result;
   }
-  return lost(frame, "not recognized yet in the map that was loaded");
+  const bool loaded = start_ != TrackerStart::kNewMap;
+  return lost(frame, loaded ? "not recognized yet in the map that was loaded" : "there is no map");
 }
 
 /// Returns null, and leaves the state as it is, if the frame does not confirm the relocalization.
@@ -247,8 +249,7 @@ void Tracker::begin_map(const FramePtr& frame, const TrackedFramePtr& first,
 
 TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) {
   ++frames_lost_;
-  const bool may_start = start_ != TrackerStart::kInMapOnly;
-  if (may_start &&
+  if (extend_ &&
       new_map_policy_.wants_map(model_, state_.local_map, state_.T_world_previous, *frame)) {
     return start_map(frame);
   }
@@ -279,6 +280,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   const LocalMap& local_map = *state_.local_map;
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;
+  if (!relocalized) result->T_previous_camera = motion_since_previous(pose.estimate.T_world_camera);
   judge(*result);
   frames_in_map_ = relocalized ? kMinMapFrames : frames_in_map_ + 1;
 
@@ -302,12 +304,19 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
 TrackedFramePtr Tracker::tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate) {
   const auto result = frame_at(frame, estimate);
   result->tracked_by_odometry = true;
+  result->T_previous_camera = motion_since_previous(estimate.T_world_camera);
   judge(*result);
   state_.odometry_points.assign(frame->features->size(), std::nullopt);
   for (const PointMatch& match : estimate.matches)
     state_.odometry_points[match.keypoint] = match.p_world;
   set_previous(result);
   return result;
+}
+
+/// Returns T_previous_camera; none if the camera was lost.
+std::optional<Pose> Tracker::motion_since_previous(const Pose& T_world_camera) const {
+  if (frames_lost_ > 0) return std::nullopt;
+  return state_.T_world_previous.inverse() * T_world_camera;
 }
 
 /// Compares a pose with the motion of the camera before it, and filters it by that motion.

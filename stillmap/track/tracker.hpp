@@ -62,7 +62,7 @@ struct InitialPose {
 enum class TrackerStart {
   kNewMap,     ///< The first frame starts a map.
   kInMap,      ///< A map exists. The camera is lost until its place is recognized.
-  kInMapOnly,  ///< As kInMap, and no new map is ever started.
+  kInMapOnly,  ///< As kInMap, and no new map is started until set_extend().
 };
 
 /// Finds the camera's pose in each frame of a sequence (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017,
@@ -74,6 +74,9 @@ class Tracker {
  public:
   Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options,
           TrackerStart start = TrackerStart::kNewMap);
+
+  /// Sets whether the map is extended from the next frame on; if not, no new map is started.
+  void set_extend(bool extend) { extend_ = extend; }
 
   /// Sets the features of the next frame to those recorded without the effects of the camera's
   /// motion during the exposure: see MotionCompensation.
@@ -119,6 +122,7 @@ class Tracker {
   TrackedFramePtr tracked(const FramePtr& frame, const LocalMapPose& pose, bool relocalized);
   TrackedFramePtr tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate);
   std::shared_ptr<TrackedFrame> frame_at(const FramePtr& frame, const PoseEstimate& estimate) const;
+  std::optional<Pose> motion_since_previous(const Pose& T_world_camera) const;
   EgoMotion ego_motion(const Features& features, const PreviousFramePose& pose) const;
   void judge(TrackedFrame& tracked);
   void set_previous(const TrackedFramePtr& tracked);
@@ -126,7 +130,8 @@ class Tracker {
 
   TrackingModel model_;
   TrackerOptions options_;
-  TrackerStart start_;
+  const TrackerStart start_;
+  bool extend_;  // whether new maps are started
   ShutterCalibration calibration_;
   KeyframePolicy keyframe_policy_;
   NewMapPolicy new_map_policy_;

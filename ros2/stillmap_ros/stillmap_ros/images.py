@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Images and cameras of messages. Pixels are views of the message's memory wherever its layout allows it."""
+import struct
+
+import cv2
+import numpy as np
+
+import stillmap
+from stillmap.lens import brown_coefficients
+
+SAME, REVERSED, FIRST = slice(0, 3), slice(2, None, -1), 0  # channels of a pixel that are used
+ENCODINGS = {"rgb8": (np.uint8, 3, SAME), "rgba8": (np.uint8, 4, SAME), "bgr8": (np.uint8, 3, REVERSED),
+             "bgra8": (np.uint8, 4, REVERSED), "8UC3": (np.uint8, 3, REVERSED), "mono8": (np.uint8, 1, FIRST),
+             "8UC1": (np.uint8, 1, FIRST), "mono16": (np.uint16, 1, FIRST), "16UC1": (np.uint16, 1, FIRST),
+             "32FC1": (np.float32, 1, FIRST)}
+# compressedDepth: format (0: PNG or RVL) as int32, and two floats of the quantization of 32FC1.
+DEPTH_HEADER = struct.Struct("<iff")
+
+
+class ImageError(ValueError):
+    """An image that cannot be read."""
+
+
+def nanoseconds(stamp):
+    return stamp.sec * 10**9 + stamp.nanosec
+
+
+def seconds(stamp):
+    return nanoseconds(stamp) / 10**9
+
+
+def raw_pixels(message):
+    if message.encoding not in ENCODINGS:
+        raise ImageError(f"images of the encoding '{message.encoding}' are not read\n"
+                         f"  fix: give a topic with one of {', '.join(ENCODINGS)}, such as those of image_proc")
+    kind, channels, used = ENCODINGS[message.encoding]
+    stored = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
+    strides = (message.step, channels * stored.itemsize, stored.itemsize)
+    if len(message.data) < message.height * message.step or message.step < message.width * strides[1]:
+        raise ImageError(f"an image of {message.width} x {message.height} pixels has {len(message.data)} bytes")
+    pixels = np.ndarray((message.height, message.width, channels), stored, message.data, strides=strides)
+    return pixels[:, :, used].astype(kind, copy=False)
+
+
+def decoded(data, flags):
+    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    if pixels is None:
+        raise ImageError("a compressed image cannot be decoded")
+    return pixels
+
+
+def compressed_color(message):
+    pixels = decoded(message.data, cv2.IMREAD_UNCHANGED)
+    return pixels if pixels.ndim == 2 else pixels[:, :, 2::-1]
+
+
+def compressed_depth(message):
+    """Returns uint16 [mm] or float32 [m] of a message of compressed_depth_image_transport."""
+    form, a, b = DEPTH_HEADER.unpack_from(message.data)
+    if form != 0 or "rvl" in message.format.lower():
+        raise ImageError("compressed depth in the format RVL is not read\n  fix: set the transport's format to png")
+    pixels = decoded(memoryview(message.data)[DEPTH_HEADER.size:], cv2.IMREAD_UNCHANGED)
+    if not message.format.startswith("32FC1"):
+        return pixels
+    inverse = pixels.astype(np.float32)
+    return np.where(inverse > 0, np.float32(a) / np.maximum(inverse - np.float32(b), 1e-6), 0).astype(np.float32)
+
+
+def camera_of(info, sensor, rectified, ignore):
+    """Returns the camera of a CameraInfo message; rectified: of the images that image_proc rectified."""
+    matrix = np.reshape(info.p if rectified else info.k, (3, -1))
+    fx, fy, cx, cy = matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2]
+    if not fx > 0:
+        raise ImageError("camera_info has no focal length\n  fix: calibrate the camera, or start its driver with a file")
+    lens, given = (info.distortion_model or "none", info.d) if not rectified else ("none", [])
+    camera = stillmap.Camera(info.width, info.height, fx, fy, cx, cy, depth_factor=1000, sensor=sensor,
+                             distortion=brown_coefficients(lens, given, info.width, info.height, fx, fy, cx, cy))
+    camera.ignore = ignore
+    return camera

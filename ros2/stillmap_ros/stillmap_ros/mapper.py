@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Slam in the frames of a robot: its poses as map -> odom -> base, and its map in files. For the tracking thread."""
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+import stillmap
+from stillmap_ros.pairing import SET_BACK
+from stillmap_ros.transforms import adjoint, inverse, matrix_of_quaternion, rotation_vector
+
+LEAST_VARIANCE = 1e-6  # of a pose [m^2, rad^2]; the first frame of a map has none, and filters demand one
+BRIDGED = 0.2  # time without a motion from the camera over which the odometry keeps its velocity [s]
+INTERVAL = 33 * 10**6  # time between the frames before and after the clock was set back [ns]
+
+
+@dataclass
+class Located:
+    """The result of a frame. Covariances are those of ROS: x, y, z, and rotations about the fixed axes."""
+    time: int  # of the image [ns]
+    update: stillmap.PoseUpdate
+    T_map_base: np.ndarray | None = None  # None while there is no pose
+    covariance: np.ndarray = field(default_factory=lambda: np.eye(6))
+    T_odom_base: np.ndarray | None = None  # visual odometry; None while there is no pose
+    odometry_covariance: np.ndarray = field(default_factory=lambda: np.eye(6))
+    twist: np.ndarray = field(default_factory=lambda: np.zeros(6))  # (v, w) in the base [m/s, rad/s]
+    twist_covariance: np.ndarray = field(default_factory=lambda: np.eye(6))
+
+
+class StampError(ValueError):
+    """A frame that is not newer than the one before."""
+
+
+def covariance_in(T, covariance):
+    """Returns a covariance of small motions in the base as one about the fixed axes of the frame of T_frame_base."""
+    turned = np.kron(np.eye(2), T[:3, :3])
+    return turned @ covariance @ turned.T + LEAST_VARIANCE * np.eye(6)
+
+
+class Odometry:
+    """The motions between frames, added up. It never jumps: corrections of the map are not in it."""
+
+    def __init__(self):
+        self.T_odom_base = np.eye(4)
+        self.covariance = np.zeros((6, 6))  # of T_odom_base, in the base
+        self.twist = np.zeros(6)
+        self.twist_covariance = np.eye(6)
+        self.error = np.zeros((6, 6))  # of the newest pose in the map, in the base
+        self.last = None  # time of the newest frame with a pose [ns]
+
+    def add(self, time, T_previous_base, error):
+        """Adds a frame. T_previous_base: its motion since the last one, None if unknown; error: covariance in the base."""
+        dt = (time - self.last) / 1e9 if self.last is not None else None
+        if T_previous_base is not None and dt:
+            both = error + self.error
+            self.twist = np.concatenate([T_previous_base[:3, 3], rotation_vector(T_previous_base[:3, :3])]) / dt
+            self.twist_covariance = both / dt**2 + LEAST_VARIANCE * np.eye(6)
+        elif dt and 0 < dt < BRIDGED:
+            T_previous_base, both = moved(self.twist * dt), (dt * self.twist_covariance * dt)
+        else:
+            T_previous_base, both = np.eye(4), np.eye(6)
+        back = adjoint(inverse(T_previous_base))
+        self.covariance = back @ self.covariance @ back.T + (both if self.last is not None else 0)
+        self.T_odom_base = self.T_odom_base @ T_previous_base
+        self.error, self.last = error, time
+
+
+def moved(twist):
+    """Returns the matrix of a small motion (v, w)."""
+    T, angle = np.eye(4), np.linalg.norm(twist[3:])
+    axis = twist[3:] / angle if angle > 1e-12 else twist[3:]
+    T[:3, :3] = matrix_of_quaternion(*(np.sin(angle / 2) * axis), np.cos(angle / 2))
+    T[:3, 3] = twist[:3]
+    return T
+
+
+def journal_of(map_file):
+    return Path(f"{map_file}.journal")
+
+
+def frame_file_of(map_file):
+    """The file beside a map that has its frame: T_map_world."""
+    return Path(f"{map_file}.frame")
+
+
+class Mapper:
+    """The system for one camera, and its place in the frames of the robot. The map's frame is the base at the start of
+    the map: z up, and on the floor if the base is."""
+
+    def __init__(self, camera, options, T_base_camera, odometry, *, masks=False, load=None, extend=True):
+        self.camera, self.odometry = camera, odometry
+        self.slam = stillmap.Slam(camera, options, masks=masks, load_map=load, extend_map=extend)
+        if not extend:
+            self.slam.set_mode("localize")
+        self.T_map_world = T_base_camera
+        if load is not None and frame_file_of(load).exists():
+            self.T_map_world = np.array(json.loads(frame_file_of(load).read_text())["T_map_world"])
+        self.T_base_camera = T_base_camera
+        self.newest = None  # stamp of the newest frame [ns]
+        self.shift = 0  # added to the stamps since the clock was set back [ns]
+
+    def keep_journal(self, map_file):
+        """Keeps the map beside its file while the node runs. One of a node that was killed is replaced."""
+        journal = journal_of(map_file)
+        if journal.exists():
+            os.replace(journal, f"{journal}.old")
+        self.slam.keep_journal(journal)
+        self._write_frame(journal)
+
+    def save(self, map_file):
+        self.slam.save_map(map_file)
+        self._write_frame(map_file)
+
+    def _write_frame(self, map_file):
+        temporary = Path(f"{frame_file_of(map_file)}.new")
+        temporary.write_text(json.dumps({"T_map_world": self.T_map_world.tolist()}))
+        os.replace(temporary, frame_file_of(map_file))
+
+    def push(self, rgb, depth, time, mask, T_base_camera):
+        """Tracks a frame. Returns a Located. Raises StampError."""
+        stamp = self._rising(time)
+        update = self.slam.push(rgb, depth, stamp / 10**9, *([] if mask is None else [mask]))
+        self.newest = stamp
+        located = Located(time, update)
+        if update.T_world_camera is not None:
+            self._locate(located, stamp, T_base_camera)
+        self.T_base_camera = T_base_camera
+        return located
+
+    def _rising(self, time):
+        stamp = time + self.shift
+        if self.newest is None or stamp > self.newest:
+            return stamp
+        if stamp > self.newest - SET_BACK:
+            raise StampError("an image is not newer than the one before")
+        self.shift += self.newest + INTERVAL - stamp
+        return self.newest + INTERVAL
+
+    def _locate(self, located, stamp, T_base_camera):
+        update, T_camera_base = located.update, inverse(T_base_camera)
+        to_base = adjoint(T_base_camera)
+        error = to_base @ update.covariance @ to_base.T
+        T_previous_base = None
+        if update.T_previous_camera is not None:
+            T_previous_base = self.T_base_camera @ update.T_previous_camera @ T_camera_base
+        self.odometry.add(stamp, T_previous_base, error)
+        odometry = self.odometry
+        located.T_map_base = self.T_map_world @ update.T_world_camera @ T_camera_base
+        located.covariance = covariance_in(located.T_map_base, error)
+        located.T_odom_base = odometry.T_odom_base
+        located.odometry_covariance = covariance_in(odometry.T_odom_base, odometry.covariance)
+        located.twist, located.twist_covariance = odometry.twist, odometry.twist_covariance

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Messages from matrices, clouds and movers."""
+import array
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose, TransformStamped
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from stillmap_ros.transforms import quaternion_of
+
+COLORS = {"person": (1.0, 0.3, 0.1)}
+OTHER = (1.0, 0.7, 0.0)  # color of movers of other classes
+SECONDS_SHOWN = 1  # time for which a marker stays without a new one
+
+
+def time_of(nanoseconds):
+    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+
+
+def header_of(nanoseconds, frame):
+    return Header(stamp=time_of(nanoseconds), frame_id=frame)
+
+
+def pose_of(T):
+    pose = Pose()
+    pose.position.x, pose.position.y, pose.position.z = T[:3, 3].tolist()
+    rotation = pose.orientation
+    rotation.x, rotation.y, rotation.z, rotation.w = quaternion_of(T[:3, :3])
+    return pose
+
+
+def transform_of(T, nanoseconds, parent, child):
+    stamped = TransformStamped(header=header_of(nanoseconds, parent), child_frame_id=child)
+    t, q = stamped.transform.translation, stamped.transform.rotation
+    t.x, t.y, t.z = T[:3, 3].tolist()
+    q.x, q.y, q.z, q.w = quaternion_of(T[:3, :3])
+    return stamped
+
+
+def odometry_of(T, covariance, twist, twist_covariance, nanoseconds, frame, child):
+    """twist: (v, w) [m/s, rad/s] in the frame of the child."""
+    message = Odometry(header=header_of(nanoseconds, frame), child_frame_id=child)
+    message.pose.pose = pose_of(T)
+    message.pose.covariance = covariance.ravel()
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    linear.x, linear.y, linear.z, angular.x, angular.y, angular.z = twist.tolist()
+    message.twist.covariance = twist_covariance.ravel()
+    return message
+
+
+def pose_message(T, covariance, nanoseconds, frame):
+    message = PoseWithCovarianceStamped(header=header_of(nanoseconds, frame))
+    message.pose.pose = pose_of(T)
+    message.pose.covariance = covariance.ravel()
+    return message
+
+
+def path_of(poses, nanoseconds, frame):
+    """poses: (time [ns], matrix) of each one."""
+    path = Path(header=header_of(nanoseconds, frame))
+    path.poses = [PoseStamped(header=header_of(time, frame), pose=pose_of(T)) for time, T in poses]
+    return path
+
+
+def bytes_of(values):
+    return array.array("B", np.ascontiguousarray(values).tobytes())
+
+
+def cloud_of(points, colors, nanoseconds, frame):
+    """points: N x 3 float32; colors: N x 3 uint8 RGB."""
+    packed = np.zeros(len(points), [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
+    packed["x"], packed["y"], packed["z"] = points.T
+    packed["rgb"] = colors.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
+    fields = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
+              for i, name in enumerate(("x", "y", "z", "rgb"))]
+    return PointCloud2(header=header_of(nanoseconds, frame), height=1, width=len(points), fields=fields, point_step=16,
+                       row_step=16 * len(points), data=bytes_of(packed), is_dense=True)
+
+
+def grid_of(grid, nanoseconds, frame):
+    message = OccupancyGrid(header=header_of(nanoseconds, frame))
+    message.info.map_load_time = message.header.stamp
+    message.info.resolution = grid.cell
+    message.info.height, message.info.width = grid.values.shape
+    message.info.origin.position.x, message.info.origin.position.y = grid.origin
+    message.info.origin.orientation.w = 1.0
+    message.data = array.array("b", grid.values.tobytes())
+    return message
+
+
+def _marker(mover, header, kind, namespace):
+    marker = Marker(header=header, ns=namespace, id=mover.id, type=kind, action=Marker.ADD)
+    marker.lifetime.sec = SECONDS_SHOWN
+    r, g, b = COLORS.get(mover.class_name, OTHER)
+    marker.color = ColorRGBA(r=r, g=g, b=b, a=0.6 if mover.observed else 0.25)
+    marker.pose.orientation.w = 1.0
+    return marker
+
+
+def movers_of(movers, T_map_world, nanoseconds, frame):
+    """A box, an arrow to where each mover is in a second, and its class with its speed."""
+    header, markers = header_of(nanoseconds, frame), []
+    R, t = T_map_world[:3, :3], T_map_world[:3, 3]
+    for mover in movers:
+        corners = np.array(np.meshgrid(*mover.box.T)).reshape(3, -1).T @ R.T + t
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        center, velocity = R @ mover.centroid + t, R @ mover.velocity
+        box = _marker(mover, header, Marker.CUBE, "movers")
+        box.pose.position.x, box.pose.position.y, box.pose.position.z = ((low + high) / 2).tolist()
+        box.scale.x, box.scale.y, box.scale.z = np.maximum(high - low, 0.01).tolist()
+        arrow = _marker(mover, header, Marker.ARROW, "velocities")
+        arrow.points = [Point(x=p[0], y=p[1], z=p[2]) for p in (center.tolist(), (center + velocity).tolist())]
+        arrow.scale.x, arrow.scale.y = 0.05, 0.1
+        text = _marker(mover, header, Marker.TEXT_VIEW_FACING, "classes")
+        text.pose.position.x, text.pose.position.y, text.pose.position.z = *center[:2].tolist(), float(high[2]) + 0.2
+        text.scale.z, text.color.a = 0.2, 1.0
+        text.text = f"{mover.class_name} {np.linalg.norm(velocity):.1f} m/s"
+        markers += [box, arrow, text]
+    return MarkerArray(markers=markers)

@@ -1,0 +1,549 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node: topics, parameters, services and threads.
+
+One thread receives images, one tracks, one publishes the map, and the main thread does the rest, so that no image waits
+behind tracking."""
+import collections
+import concurrent.futures
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid, Odometry, Path as PathMessage
+from nav_msgs.srv import GetMap, LoadMap
+from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_srvs.srv import SetBool, Trigger
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+import stillmap
+from stillmap_ros import images, messages
+from stillmap_ros.grid import grid_of_cloud
+from stillmap_ros.mapper import Mapper, Odometry as VisualOdometry, journal_of
+from stillmap_ros.pairing import Pairing, Queue
+from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_quaternion, matrix_of_rpy
+
+PARAMETERS = {
+    "map_frame": "map", "odom_frame": "odom",
+    "base_frame": "base_link",  # empty: the camera's own body
+    "base_to_camera": [0.0],  # x y z roll pitch yaw of the camera's body [m, rad]; one number: from tf
+    "publish_odom": True,  # False: the robot publishes odom -> base_link
+    "moving_camera": False,  # the camera moves on the robot, so its transform comes from /tf, too
+    "transform_tolerance": 0.1,  # time by which map -> odom is dated ahead [s]
+    "schedule": "realtime",  # or lockstep: every frame, with repeatable results
+    "depth_transport": "raw", "color_transport": "raw",  # or compressed
+    "masks": False,  # masks of another node on the topic `mask`
+    "rectified": False,  # the images are those of image_proc
+    "pairing": 0.02,  # largest difference of the stamps of color and depth [s]
+    "sensor": "kinect_v1", "static_mask": "",  # PNG file, white where the robot sees itself
+    "preset": "", "options": [""],  # of Stillmap, NAME=VALUE
+    "map_file": "", "localize": False, "results": "",
+    "map_period": 2.0,  # time between two clouds and grids [s]; 0: none
+    "grid_cell": 0.05, "grid_lowest": 0.1, "grid_highest": 1.8, "robot_radius": 0.2,  # [m]
+}
+SILENCE = 1.0  # time without an image after which that is a problem [s]
+STALE = 5.0  # time for which a problem is shown [s]
+
+
+def latched(depth=1):
+    return QoSProfile(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL, reliability=ReliabilityPolicy.RELIABLE)
+
+
+class ImageReceiver:
+    """Receives images on a thread of its own, as reliably as their publishers send, and hands sets to a queue."""
+
+    def __init__(self, node, topics, lossless, slop):
+        self.node, self.topics, self.lossless = node, topics, lossless
+        # A node of its own for the thread; its names are resolved already.
+        self.receiver = rclpy.create_node(f"{node.get_name()}_images", use_global_arguments=False,
+                                          start_parameter_services=False, enable_rosout=False)
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.receiver)
+        self.subscriptions = {}  # topic: (subscription, reliable)
+        self.pairing = Pairing(sum(not isinstance(i, str) for _, _, i in topics), slop, lossless)
+        self.queue = Queue(lossless)
+        self.info = None  # CameraInfo; None: the next one is received
+        self.received = 0
+        self.newest = None  # monotonic time of the newest set [s]
+        self.receiver.create_timer(0.5, self.connect)
+        self.thread = threading.Thread(target=self._run, name="images")
+
+    def start(self):
+        self.connect()
+        self.thread.start()
+
+    def _run(self):
+        try:
+            self.executor.spin()
+        except ExternalShutdownException:
+            pass
+
+    def connect(self):
+        """Subscribes to topics that have publishers, and again where their reliability changed."""
+        for name, kind, index in self.topics:
+            publishers = self.receiver.get_publishers_info_by_topic(name)
+            if not publishers:
+                continue
+            wanted = not (index == "info" and self.info is not None)
+            reliable = all(p.qos_profile.reliability == ReliabilityPolicy.RELIABLE for p in publishers)
+            known = self.subscriptions.get(name)
+            if known and (known[1] != reliable or not wanted):
+                self.receiver.destroy_subscription(self.subscriptions.pop(name)[0])
+            if not wanted or name in self.subscriptions:
+                continue
+            if self.lossless and not reliable:
+                self.node.get_logger().warning(f"{name} is published best effort: frames may be lost in lockstep")
+            qos = QoSProfile(history=HistoryPolicy.KEEP_ALL if self.lossless else HistoryPolicy.KEEP_LAST, depth=15,
+                             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
+            # Without the events of the middleware, which cost as much as the images.
+            subscription = self.receiver.create_subscription(
+                kind, name, self._callback_of(index), qos,
+                event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
+            self.subscriptions[name] = (subscription, reliable)
+            self.node.get_logger().info(f"receives {name} ({'reliable' if reliable else 'best effort'})")
+
+    def _callback_of(self, index):
+        if index == "info":
+            return self._receive_info
+
+        def receive(message):
+            self.newest = time.monotonic()
+            for complete in self.pairing.add(index, message):
+                self.received += 1
+                self.queue.put(complete)
+        return receive
+
+    def _receive_info(self, message):
+        self.info = message
+
+    def missing(self):
+        """Returns the topics without a publisher."""
+        return [name for name, _, index in self.topics
+                if name not in self.subscriptions and not (index == "info" and self.info is not None)]
+
+    def close(self):
+        self.queue.close()
+        self.executor.shutdown()
+        self.thread.join()
+        self.receiver.destroy_node()
+
+
+class StillmapNode(Node):
+    def __init__(self):
+        super().__init__("stillmap")
+        for name, value in PARAMETERS.items():
+            self.declare_parameter(name, value)
+        self.settings = {name: self.get_parameter(name).value for name in PARAMETERS}
+        self.lossless = self.settings["schedule"] == "lockstep"
+        self.options = self._options()
+        self.mapper = None  # of the tracking thread; others keep a reference of their own
+        self.newest = None  # newest Located
+        self.visual_odometry = VisualOdometry()  # goes on without a jump in the next map
+        self.T_map_odom = np.eye(4)
+        self.paused = False
+        self.map_file = self.settings["map_file"]
+        self.extend = not self.settings["localize"]
+        self.load = self._map_to_start_from()
+        self.counts = collections.Counter()
+        self.delays = collections.deque(maxlen=100)  # from the stamp to the published pose [s]
+        self.problems = {}  # text: monotonic time of its newest occurrence
+        self.findings = []
+        self.tree = FrameTree()
+        self.commands = collections.deque()
+        self.stopping = threading.Event()
+        self._create_publishers()
+        self._create_services()
+        self._subscribe_transforms()
+        self.images = ImageReceiver(self, self._topics(), self.lossless, self.settings["pairing"])
+        self.threads = [threading.Thread(target=self._track_all, name="tracking"),
+                        threading.Thread(target=self._publish_maps, name="maps")]
+        # Not the clock of a simulation, which may stand still.
+        self.create_timer(1.0, self._publish_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    # What is set up
+
+    def _options(self):
+        options = {"schedule.mode": self.settings["schedule"]}
+        for text in filter(None, self.settings["options"]):
+            name, _, value = text.partition("=")
+            options[name] = value
+        return stillmap.Options(options, preset=self.settings["preset"])
+
+    def _map_to_start_from(self):
+        """Returns the map of a node that was killed, else the saved one, else None."""
+        if not self.map_file:
+            return None
+        for file in (journal_of(self.map_file), Path(self.map_file)):
+            if file.exists():
+                self.get_logger().info(f"starts in the map {file}")
+                return file
+        return None
+
+    def _topics(self):
+        compressed = {name: self.settings[f"{name}_transport"] == "compressed" for name in ("color", "depth")}
+        names = {"color": "color/compressed" if compressed["color"] else "color",
+                 "depth": "depth/compressedDepth" if compressed["depth"] else "depth"}
+        topics = [(self._resolved(names[name]), CompressedImage if compressed[name] else Image, index)
+                  for index, name in enumerate(("color", "depth"))]
+        if self.settings["masks"]:
+            topics.append((self._resolved("mask"), Image, 2))
+        return [*topics, (self._resolved("camera_info"), CameraInfo, "info")]
+
+    def _resolved(self, name):
+        """Returns the name of a topic; the transport follows the remapped name of the image."""
+        base, _, transport = name.partition("/")
+        return self.resolve_topic_name(base) + ("/" + transport if transport else "")
+
+    def _create_publishers(self):
+        self.tf = self.create_publisher(TFMessage, "/tf", 100)
+        self.odometry = self.create_publisher(Odometry, "odom", 10)
+        self.pose = self.create_publisher(PoseWithCovarianceStamped, "pose", 10)
+        self.movers = self.create_publisher(MarkerArray, "movers", 10)
+        self.cloud = self.create_publisher(PointCloud2, "cloud", latched())
+        self.grid = self.create_publisher(OccupancyGrid, "map", latched())
+        self.path = self.create_publisher(PathMessage, "path", 1)
+        self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+
+    def _create_services(self):
+        self.create_service(Trigger, "~/save_map", self._save_map)
+        self.create_service(LoadMap, "~/load_map", self._load_map)
+        self.create_service(SetBool, "~/localize", self._set_localize)
+        self.create_service(SetBool, "~/pause", self._set_pause)
+        self.create_service(Trigger, "~/reset", self._reset)
+        self.create_service(GetMap, "~/get_map", self._get_map)
+
+    def _subscribe_transforms(self):
+        self.create_subscription(TFMessage, "/tf_static", lambda m: self.tree.add(m.transforms, True), latched(100))
+        if self.settings["moving_camera"] or not self.settings["publish_odom"]:
+            self.create_subscription(TFMessage, "/tf", lambda m: self.tree.add(m.transforms, False), 100)
+
+    def start(self):
+        self.images.start()
+        for thread in self.threads:
+            thread.start()
+
+    # The tracking thread
+
+    def _track_all(self):
+        while not self.stopping.is_set() or (self.lossless and self.images.queue.sets):
+            complete = self.images.queue.get(0.1)
+            while self.commands:
+                command, done = self.commands.popleft()
+                try:
+                    done.set_result(command())
+                except Exception as error:  # noqa: BLE001 - told to the caller of the service
+                    done.set_exception(error)
+            if complete is not None and not self.paused:
+                self._track(complete)
+
+    def _on_tracker(self, command):
+        """Runs a function between two frames. Returns its result."""
+        done = concurrent.futures.Future()
+        self.commands.append((command, done))
+        self.images.queue.wake()
+        return done.result(timeout=60)
+
+    def _track(self, complete):
+        try:
+            located = self._located(complete)
+        except Exception as error:  # noqa: BLE001 - no frame ends the node
+            self._tell(str(error) or type(error).__name__)
+            located = None
+        if located is None:
+            self.counts["not used"] += 1
+            return
+        self.newest = located
+        self.counts["tracked" if located.T_map_base is not None else "without a pose"] += 1
+        if located.T_map_base is None:
+            self._tell(f"no pose: {located.update.reason}")
+        self._publish_pose(located)
+
+    def _located(self, complete):
+        header = complete[0].header
+        stamp, frame = images.nanoseconds(header.stamp), header.frame_id
+        info = self._awaited(lambda: self.images.info, f"no camera_info yet on {self._resolved('camera_info')}")
+        T_base_camera = self._awaited(
+            lambda: self._base_to_camera(frame, stamp), f"no transform {self.settings['base_frame']} -> {frame}\n"
+            "  fix: publish it on /tf_static, or set the parameter base_to_camera")
+        if info is None or T_base_camera is None:
+            return None
+        rgb, depth = self._pixels(complete[0], 0), self._pixels(complete[1], 1)
+        mask = images.raw_pixels(complete[2]) if len(complete) > 2 else None
+        if self.mapper is None:
+            self._start(info, T_base_camera)
+        self._require_size(rgb, depth)
+        return self.mapper.push(rgb, depth, stamp, mask, T_base_camera)
+
+    def _awaited(self, find, problem):
+        """Returns what find() does; while that is None, the problem is told, and in lockstep the frame waits."""
+        while (found := find()) is None:
+            self._tell(problem)
+            if not self.lossless or self.stopping.wait(0.05):
+                return None
+        return found
+
+    def _pixels(self, message, index):
+        if isinstance(message, Image):
+            return images.raw_pixels(message)
+        return (images.compressed_color, images.compressed_depth)[index](message)
+
+    def _require_size(self, rgb, depth):
+        camera = self.mapper.camera
+        for name, image in (("color", rgb), ("depth", depth)):
+            if image.shape[:2] == (camera.height, camera.width):
+                continue
+            raise images.ImageError(
+                f"the {name} image has {image.shape[1]} x {image.shape[0]} pixels, camera_info said {camera.width} x "
+                f"{camera.height}\n  fix: give registered depth of that size, or call ~/reset after a change")
+
+    def _base_to_camera(self, frame, stamp):
+        """Returns the transform from the base to the camera's optical frame, or None while it is unknown."""
+        given = self.settings["base_to_camera"]
+        if len(given) == 6:
+            return matrix_of_rpy(*given) @ BODY_OPTICAL
+        if not self.settings["base_frame"]:
+            return BODY_OPTICAL
+        return self.tree.lookup(self.settings["base_frame"], frame.lstrip("/"), stamp)
+
+    def _start(self, info, T_base_camera):
+        """Starts a map, or in one."""
+        camera = images.camera_of(info, self.settings["sensor"], self.settings["rectified"],
+                                  self.settings["static_mask"])
+        load, self.load = self.load, None
+        try:
+            self._use_map(camera, T_base_camera, load)
+        except stillmap.Error as error:
+            if load is None:
+                raise
+            self._tell(f"the map {load} cannot be used, a new one is started: {error}")
+            self._use_map(camera, T_base_camera, None)
+
+    def _use_map(self, camera, T_base_camera, load):
+        self.mapper = Mapper(camera, self.options, T_base_camera, self.visual_odometry, masks=self.settings["masks"],
+                             load=load, extend=self.extend)
+        self.T_map_odom = np.eye(4)
+        if self.map_file:
+            self.mapper.keep_journal(self.map_file)
+
+    def _publish_pose(self, located):
+        map_frame, odom_frame = self.settings["map_frame"], self.settings["odom_frame"]
+        base_frame = self.settings["base_frame"] or "camera"
+        transforms = []
+        if located.T_map_base is not None:
+            T_odom_base = located.T_odom_base
+            if self.settings["publish_odom"]:
+                transforms.append(messages.transform_of(T_odom_base, located.time, odom_frame, base_frame))
+            else:
+                T_odom_base = self.tree.lookup(odom_frame, base_frame, located.time)
+                if T_odom_base is None:
+                    self._tell(f"no transform {odom_frame} -> {base_frame} at the time of the image\n"
+                               "  fix: let the robot's odometry publish it, or set publish_odom")
+            if T_odom_base is not None:
+                self.T_map_odom = located.T_map_base @ inverse(T_odom_base)
+        ahead = located.time + round(1e9 * self.settings["transform_tolerance"])
+        transforms.append(messages.transform_of(self.T_map_odom, ahead, map_frame, odom_frame))
+        self.tf.publish(TFMessage(transforms=transforms))
+        if located.T_map_base is None:
+            return
+        self.pose.publish(messages.pose_message(located.T_map_base, located.covariance, located.time, map_frame))
+        if self.settings["publish_odom"]:
+            self.odometry.publish(messages.odometry_of(
+                located.T_odom_base, located.odometry_covariance, located.twist, located.twist_covariance, located.time,
+                odom_frame, base_frame))
+        self.delays.append((self.get_clock().now().nanoseconds - located.time) / 1e9)
+
+    # The thread of the map
+
+    def _publish_maps(self):
+        next_map = 0.0
+        while not self.stopping.wait(0.1):
+            mapper, newest = self.mapper, self.newest
+            if mapper is None or newest is None:
+                continue
+            if self.movers.get_subscription_count():
+                self.movers.publish(messages.movers_of(mapper.slam.movers, mapper.T_map_world, newest.time,
+                                                       self.settings["map_frame"]))
+            if 0 < self.settings["map_period"] and next_map <= time.monotonic():
+                begin = time.monotonic()
+                self._publish_map(mapper, newest.time)
+                self.findings = mapper.slam.findings
+                # The map takes a tenth of one core at most.
+                next_map = begin + max(self.settings["map_period"], 10 * (time.monotonic() - begin))
+
+    def _publish_map(self, mapper, stamp):
+        snapshot = mapper.slam.snapshot()
+        T, frame = mapper.T_map_world, self.settings["map_frame"]
+        points = (snapshot.cloud.points @ T[:3, :3].T + T[:3, 3]).astype(np.float32)
+        T_camera_base = inverse(mapper.T_base_camera)
+        poses = [(round(row[0] * 1e9), T @ matrix_of_row(row) @ T_camera_base) for row in snapshot.trajectory[::5]]
+        if self.path.get_subscription_count():
+            self.path.publish(messages.path_of(poses, stamp, frame))
+        if self.cloud.get_subscription_count():
+            self.cloud.publish(messages.cloud_of(points, snapshot.cloud.colors, stamp, frame))
+        way = np.array([T[:2, 3] for _, T in poses]).reshape(-1, 2)
+        grid = grid_of_cloud(points, way, self.settings["grid_cell"], self.settings["grid_lowest"],
+                             self.settings["grid_highest"], self.settings["robot_radius"])
+        if grid is not None:
+            self.newest_grid = messages.grid_of(grid, stamp, frame)
+            self.grid.publish(self.newest_grid)
+
+    newest_grid = None
+
+    # The main thread: services and diagnostics
+
+    def _answer(self, response, command, done):
+        """Answers a service with the result of a command of the tracking thread."""
+        try:
+            self._on_tracker(command)
+            response.success, response.message = True, done
+        except Exception as error:  # noqa: BLE001 - the caller gets the reason
+            response.success, response.message = False, str(error) or type(error).__name__
+        self.get_logger().info(response.message)
+        return response
+
+    def _save_map(self, _, response):
+        def save():
+            if self.mapper is None:
+                raise RuntimeError("there is no map yet")
+            if not self.map_file:
+                raise RuntimeError("no file is named\n  fix: set the parameter map_file")
+            self.mapper.save(self.map_file)
+        return self._answer(response, save, f"saved the map {self.map_file}")
+
+    def _load_map(self, request, response):
+        file = Path(request.map_url.removeprefix("file://"))
+
+        def load():
+            if not file.exists():
+                raise FileNotFoundError(f"there is no map {file}")
+            if self.mapper is None:
+                self.load = file
+            else:  # if it cannot be used, the present map stays
+                self._use_map(self.mapper.camera, self.mapper.T_base_camera, file)
+        answer = self._answer(Trigger.Response(), load, f"the camera is searched in the map {file}")
+        response.result = LoadMap.Response.RESULT_SUCCESS
+        if not answer.success:
+            response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
+            self._tell(answer.message)
+        return response
+
+    def _restart(self):
+        """Leaves the present map; the next frame starts a new one, which is extended."""
+        self.extend = True
+        if self.mapper is not None and self.map_file:
+            journal_of(self.map_file).unlink(missing_ok=True)
+        self.mapper, self.load, self.newest_grid, self.images.info = None, None, None, None
+
+    def _set_localize(self, request, response):
+        mode = "localize" if request.data else "map"
+
+        def set_mode():
+            self.extend = not request.data
+            if self.mapper is not None:
+                self.mapper.slam.set_mode(mode)
+        return self._answer(response, set_mode, "localizes only" if request.data else "extends the map")
+
+    def _set_pause(self, request, response):
+        self.paused = request.data
+        self.images.queue.clear()
+        response.success, response.message = True, "paused" if request.data else "goes on"
+        return response
+
+    def _reset(self, _, response):
+        return self._answer(response, self._restart, "starts a new map")
+
+    def _get_map(self, _, response):
+        if self.newest_grid is not None:
+            response.map = self.newest_grid
+        return response
+
+    def _tell(self, problem):
+        """Logs a problem once in some seconds, and shows it in the diagnostics."""
+        now, title = time.monotonic(), " ".join(problem.split()[:3])
+        known = self.problems.get(title)
+        self.problems[title] = (now, problem, known[2] if known and now - known[2] < STALE else now)
+        if self.problems[title][2] == now:
+            self.get_logger().warning(problem)
+
+    def _publish_diagnostics(self):
+        now = time.monotonic()
+        if self.images.missing():
+            self._tell(f"waits for {', '.join(self.images.missing())}")
+        elif not self.paused and self.images.newest is not None and now - self.images.newest > SILENCE:
+            self._tell(f"no images for {now - self.images.newest:.0f} s")
+        recent = [text.replace("\n  fix", "; fix") for seen, text, _ in self.problems.values() if now - seen < STALE]
+        untrusted = [f.code for f in self.findings if f.severity == "untrusted"]
+        located = self.newest
+        state = "paused" if self.paused else located.update.state if located else "no image yet"
+        status = DiagnosticStatus(name=f"{self.get_name()}: tracking", hardware_id="", level=DiagnosticStatus.OK)
+        if recent or untrusted or state != "tracked":
+            status.level = DiagnosticStatus.WARN
+        if untrusted or (self.images.newest is not None and state != "paused" and now - self.images.newest > STALE):
+            status.level = DiagnosticStatus.ERROR
+        status.message = "; ".join(recent) or state
+        values = {"state": state, "mode": "map" if self.extend else "localize",
+                  "findings": " ".join(f.code for f in self.findings), "frames received": self.images.received,
+                  "frames dropped": self.images.queue.dropped, "frames without a partner": self.images.pairing.unpaired,
+                  **{f"frames {name}": n for name, n in sorted(self.counts.items())}}
+        if located is not None:
+            values |= {"landmarks": located.update.inliers, "certain": located.update.certain}
+        if self.delays:
+            values["delay, median [ms]"] = f"{1000 * np.median(self.delays):.0f}"
+        status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self.diagnostics.publish(array)
+
+    def close(self):
+        """Ends the threads, and writes the map and the results."""
+        self.stopping.set()
+        self.images.close()
+        for thread in self.threads:
+            thread.join()
+        if self.mapper is None:
+            return
+        if self.settings["results"]:
+            self.mapper.slam.finish().write(self.settings["results"])
+        if self.map_file:
+            self.mapper.save(self.map_file)
+            journal_of(self.map_file).unlink(missing_ok=True)
+
+
+def matrix_of_row(row):
+    """Returns the matrix of a row of a trajectory: stamp, translation, quaternion."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = matrix_of_quaternion(*row[4:]), row[1:4]
+    return T
+
+
+def main():
+    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
+    node = StillmapNode()
+    node.start()
+    try:
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # A second Ctrl-C does not lose the map.
+    node.close()
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()

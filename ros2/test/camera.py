@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A camera in a process of its own: publishes a recording on color, depth and camera_info.
+
+  camera.py RECORDING [--rate HZ] [--first N] [--count N] [--now] [--clock] [--best-effort] [--compressed]
+            [--late S] [--half] [--frame NAME] [--back S] [--repeat N]
+"""
+import argparse
+import array
+import time
+
+import cv2
+import numpy as np
+import rclpy
+from builtin_interfaces.msg import Time
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
+import stillmap
+
+PATIENCE = 20  # time in which a subscriber must come [s]
+
+
+def parse():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("recording")
+    parser.add_argument("--rate", type=float, default=30, help="frames per second; 0: as fast as they are taken")
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=0)
+    parser.add_argument("--repeat", type=int, default=1, help="number of passes, every other one backward")
+    parser.add_argument("--now", action="store_true", help="stamps of the system's clock, not of the recording")
+    parser.add_argument("--clock", action="store_true", help="publish the stamps on /clock")
+    parser.add_argument("--best-effort", action="store_true")
+    parser.add_argument("--compressed", action="store_true")
+    parser.add_argument("--late", type=float, default=0, help="time by which depth images are later [s]")
+    parser.add_argument("--half", action="store_true", help="images of half the size, with the whole camera_info")
+    parser.add_argument("--back", type=float, default=0, help="time subtracted from the stamps [s]")
+    parser.add_argument("--frame", default="camera_color_optical_frame")
+    return parser.parse_args()
+
+
+def image(pixels, encoding, header):
+    message = Image(header=header, height=pixels.shape[0], width=pixels.shape[1], encoding=encoding)
+    message.step = pixels.strides[0]
+    message.data = array.array("B", pixels.tobytes())
+    return message
+
+
+def compressed(pixels, text, header, kind=".png", prefix=b""):
+    data = prefix + cv2.imencode(kind, pixels)[1].tobytes()
+    return CompressedImage(header=header, format=text, data=array.array("B", data))
+
+
+class Camera:
+    def __init__(self, arguments):
+        self.arguments = arguments
+        self.source = stillmap.source(arguments.recording, first=arguments.first, count=arguments.count)
+        self.node = rclpy.create_node("camera")
+        lossless = arguments.rate == 0
+        qos = QoSProfile(
+            history=HistoryPolicy.KEEP_ALL if lossless else HistoryPolicy.KEEP_LAST, depth=5,
+            reliability=ReliabilityPolicy.BEST_EFFORT if arguments.best_effort else ReliabilityPolicy.RELIABLE)
+        kind = CompressedImage if arguments.compressed else Image
+        color, depth = ("color/compressed", "depth/compressedDepth") if arguments.compressed else ("color", "depth")
+        self.color = self.node.create_publisher(kind, color, qos)
+        self.depth = self.node.create_publisher(kind, depth, qos)
+        self.info = self.node.create_publisher(CameraInfo, "camera_info", qos)
+        self.clock = self.node.create_publisher(Clock, "/clock", 10)
+
+    def wait(self):
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            if all(p.get_subscription_count() for p in (self.color, self.depth)):
+                return time.sleep(0.5)
+            time.sleep(0.05)
+        raise SystemExit("nobody subscribes")
+
+    def messages(self, frame, stamp):
+        """Returns the messages of a frame."""
+        camera, half = self.source.camera, 2 if self.arguments.half else 1
+        info = CameraInfo(width=camera.width, height=camera.height, distortion_model="plumb_bob", d=[0.0] * 5)
+        info.k = camera.matrix.ravel()
+        info.header.frame_id = self.arguments.frame
+        info.header.stamp = stamp
+        bgr = np.ascontiguousarray(frame.rgb[::half, ::half, ::-1])
+        depth = np.ascontiguousarray(frame.depth[::half, ::half])
+        if self.arguments.compressed:
+            millimeters = np.round(1000 * depth).astype(np.uint16)
+            return (info, compressed(bgr, "bgr8; png compressed bgr8", info.header),
+                    compressed(millimeters, "16UC1; compressedDepth png", info.header, prefix=bytes(12)))
+        return info, image(bgr, "bgr8", info.header), image(depth, "32FC1", info.header)
+
+    def play(self):
+        frames = list(self.source)
+        order = [frame for turn in range(self.arguments.repeat) for frame in (frames, frames[::-1])[turn % 2]]
+        begin, waiting = time.monotonic(), []
+        for i, frame in enumerate(order):
+            if self.arguments.rate:
+                time.sleep(max(0, begin + i / self.arguments.rate - time.monotonic()))
+            now = time.time() if self.arguments.now else frame.stamp
+            nanoseconds = round((now - self.arguments.back) * 1e9)
+            stamp = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+            if self.arguments.clock:
+                self.clock.publish(Clock(clock=stamp))
+            info, color, depth = self.messages(frame, stamp)
+            self.info.publish(info)
+            self.color.publish(color)
+            waiting.append((time.monotonic() + self.arguments.late, depth))
+            while waiting and waiting[0][0] <= time.monotonic():
+                self.depth.publish(waiting.pop(0)[1])
+        for due, depth in waiting:
+            time.sleep(max(0, due - time.monotonic()))
+            self.depth.publish(depth)
+
+
+def main():
+    arguments = parse()
+    rclpy.init()
+    camera = Camera(arguments)
+    camera.wait()
+    camera.play()
+    time.sleep(1 if arguments.rate else 600)  # A publisher that ends takes what was not received yet with it.
+
+
+if __name__ == "__main__":
+    main()

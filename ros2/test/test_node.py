@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node on ROS 2, with a camera in another process: what a robot and Nav2 get from it."""
+import signal
+
+import numpy as np
+import pytest
+from conftest import FRAMES, command, stop
+from nav_msgs.srv import GetMap, LoadMap
+from std_srvs.srv import SetBool, Trigger
+from stillmap_ros.images import nanoseconds
+from stillmap_ros.transforms import inverse, matrix_of, matrix_of_quaternion
+
+LOCKSTEP = ("--rate", 0, "--clock")
+
+
+def matrix_of_pose(pose):
+    q, T = pose.orientation, np.eye(4)
+    T[:3, :3] = matrix_of_quaternion(q.x, q.y, q.z, q.w)
+    T[:3, 3] = pose.position.x, pose.position.y, pose.position.z
+    return T
+
+
+def tracked(robot):
+    return int(robot.values()[0].get("frames tracked", 0))
+
+
+def play(processes, robot, recording, *words, **parameters):
+    """Maps a recording in lockstep. Returns the node."""
+    node = processes.node(schedule="lockstep", use_sim_time=True, **parameters)
+    processes.camera(recording, *LOCKSTEP, *words)
+    assert robot.spin_until(lambda: tracked(robot) == FRAMES, 60), f"{robot.values()} {node.log.read_text()}"
+    return node
+
+
+def test_in_lockstep_the_files_are_those_of_the_command(processes, robot, recording, tmp_path):
+    command("run", recording, "--out", tmp_path / "command")
+    node = play(processes, robot, recording, results=tmp_path / "node")
+    stop(node)
+    for name in ("trajectory.txt", "trajectory_covariance.txt", "cloud.ply", "movers.csv"):
+        assert (tmp_path / "node" / name).read_bytes() == (tmp_path / "command" / name).read_bytes(), name
+
+
+def test_nav2_gets_frames_odometry_covariances_and_a_grid(processes, robot, recording, base_to_camera):
+    play(processes, robot, recording)
+    assert robot.spin_until(lambda: robot.count("pose") == FRAMES and robot.count("odom") == FRAMES, 5)
+    # The chain of frames is complete at every image, and agrees with the pose.
+    for message in robot.got["pose"][5:]:
+        time, T_map_base = nanoseconds(message.header.stamp), matrix_of_pose(message.pose.pose)
+        chain = robot.tree.lookup("map", "base_link", time)
+        assert chain is not None
+        assert np.linalg.norm(chain[:3, 3] - T_map_base[:3, 3]) < 0.02
+        covariance = np.reshape(message.pose.covariance, (6, 6))
+        np.testing.assert_allclose(covariance, covariance.T, atol=1e-12)
+        assert np.linalg.eigvalsh(covariance).min() > 0
+        assert message.header.frame_id == "map"
+    # The odometry moves on without jumps, and its twist is its motion.
+    odometry = [(nanoseconds(m.header.stamp) / 1e9, matrix_of_pose(m.pose.pose), m) for m in robot.got["odom"]]
+    for (before, a, _), (after, b, message) in zip(odometry, odometry[1:]):
+        step = inverse(a) @ b
+        assert np.linalg.norm(step[:3, 3]) < 0.05
+        linear = message.twist.twist.linear
+        np.testing.assert_allclose([linear.x, linear.y, linear.z], step[:3, 3] / (after - before), atol=1e-3)
+        assert np.linalg.eigvalsh(np.reshape(message.twist.covariance, (6, 6))).min() > 0
+        assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
+    # The way of the base agrees with the truth.
+    truth = np.loadtxt(recording / "groundtruth.txt")
+    T_world_base = [matrix_of_truth(row) @ inverse(base_to_camera) for row in truth]
+    for message in robot.got["pose"][::10]:
+        i = int(np.argmin(np.abs(truth[:, 0] - nanoseconds(message.header.stamp) / 1e9)))
+        true = inverse(T_world_base[0]) @ T_world_base[i]
+        assert np.linalg.norm(matrix_of_pose(message.pose.pose)[:3, 3] - true[:3, 3]) < 0.03
+
+
+def matrix_of_truth(row):
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = matrix_of_quaternion(*row[4:]), row[1:4]
+    return T
+
+
+def test_the_grid_lies_on_the_floor_and_has_the_walls_but_not_the_people(processes, robot, recording, base_to_camera, tmp_path):
+    node = play(processes, robot, recording, results=tmp_path / "results")
+    assert robot.spin_until(lambda: robot.count("map") > 2 and robot.count("cloud") > 2 and robot.count("movers") > 0, 20)
+    grid, service = robot.got["map"][-1], robot.call(GetMap, "get_map").map
+    assert grid.header.frame_id == service.header.frame_id == "map"
+    values = np.reshape(grid.data, (grid.info.height, grid.info.width))
+    assert (values == 100).sum() > 50 and (values == 0).sum() > 200 and (values == -1).sum() > 50
+    stop(node)
+    # The final static cloud in the map's frame: where it has many points at the height of the robot, no cell is free.
+    import stillmap
+    points = stillmap.read_ply(tmp_path / "results" / "cloud.ply").points @ base_to_camera[:3, :3].T + base_to_camera[:3, 3]
+    floor = points[np.abs(points[:, 2]) < 0.2]
+    assert abs(np.median(floor[:, 2])) < 0.02
+    origin, cell = grid.info.origin.position, grid.info.resolution
+
+    def cells(chosen):
+        u, v = np.floor((chosen[:, :2] - [origin.x, origin.y]) / cell).astype(int).T
+        inside = (u >= 0) & (v >= 0) & (u < grid.info.width) & (v < grid.info.height)
+        counts = np.zeros(values.shape, int)
+        np.add.at(counts, (v[inside], u[inside]), 1)
+        return counts
+    obstacles = cells(points[(points[:, 2] > 0.15) & (points[:, 2] < 1.7)])
+    assert (values[obstacles > 60] == 100).mean() > 0.5, "the rest was not seen often enough yet"
+    assert (values[obstacles > 60] == 0).mean() < 0.02
+    near = np.zeros_like(values, bool)
+    known = np.argwhere(obstacles > 0)
+    for v, u in np.argwhere(values == 100):
+        near[v, u] = np.abs(known - [v, u]).max(axis=1).min() <= 2
+    assert near[values == 100].mean() > 0.97, "nothing is where people walked"
+    marker = robot.got["movers"][-1].markers
+    assert all(m.header.frame_id == "map" for m in marker)
+
+
+def test_realtime_drops_no_more_than_it_says(processes, robot, recording):
+    node = processes.node()
+    processes.camera(recording, "--now")
+    assert robot.spin_until(lambda: robot.values()[0].get("state") == "tracked", 30), node.log.read_text()
+    assert robot.spin_until(lambda: robot.says("no images for"), 30)
+    values, _ = robot.values()
+    used = sum(int(values.get(f"frames {name}", 0)) for name in ("tracked", "without a pose", "not used", "dropped"))
+    assert used == int(values["frames received"]) == FRAMES
+    delays = [arrived - nanoseconds(m.header.stamp) / 1e9 for arrived, m in zip(robot.times["pose"], robot.got["pose"])]
+    print(f"delay from stamp to pose: median {1000 * np.median(delays):.0f} ms, p95 {1000 * np.quantile(delays, 0.95):.0f} ms")
+
+
+def test_compressed_topics_and_late_depth(processes, robot, recording):
+    node = processes.node(color_transport="compressed", depth_transport="compressed", schedule="lockstep")
+    processes.camera(recording, "--compressed", "--late", 0.2, "--rate", 20)
+    assert robot.spin_until(lambda: tracked(robot) >= FRAMES - 2, 60), node.log.read_text()
+
+
+def test_a_missing_transform_is_told_and_the_node_starts_when_it_comes(processes, robot, recording):
+    node = processes.node(base_frame="base_footprint")
+    processes.camera(recording, "--now", "--repeat", 4)
+    assert robot.spin_until(lambda: robot.says("no transform base_footprint -> camera_color_optical_frame"), 30)
+    assert not robot.count("pose")
+    from stillmap_ros import messages
+    from tf2_msgs.msg import TFMessage
+    robot.static.publish(TFMessage(transforms=[messages.transform_of(np.eye(4), 0, "base_footprint", "base_link")]))
+    assert robot.spin_until(lambda: robot.count("pose") > 3, 20), node.log.read_text()
+
+
+def test_images_of_another_size_are_refused_with_both_sizes(processes, robot, recording):
+    node = processes.node()
+    processes.camera(recording, "--now", "--half")
+    assert robot.spin_until(lambda: robot.says("160 x 120 pixels, camera_info said 320 x 240"), 30), node.log.read_text()
+    assert not robot.count("pose")
+
+
+def test_a_camera_that_restarts_and_a_clock_that_is_set_back_lose_nothing(processes, robot, recording):
+    node = processes.node()
+    processes.camera(recording)
+    assert robot.spin_until(lambda: robot.says("no images for"), 40), node.log.read_text()
+    robot.forget()
+    processes.camera(recording, "--best-effort", "--back", 1000, "--repeat", 4)
+    assert robot.spin_until(lambda: robot.count("pose") > 10, 40), f"{robot.values()} {node.log.read_text()}"
+    message = robot.got["pose"][-1]
+    truth = np.loadtxt(recording / "groundtruth.txt")
+    assert nanoseconds(message.header.stamp) / 1e9 < truth[0, 0], "the stamps are those of the images"
+    T_map_base = matrix_of_pose(message.pose.pose)
+    assert np.linalg.norm(T_map_base[:3, 3]) < 1.5
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_node_that_starts_again_is_found_in_its_map(processes, robot, recording, tmp_path, number):
+    map_file = tmp_path / "office.map"
+    node = play(processes, robot, recording, map_file=map_file)
+    robot.spin_until(lambda: False, 1.5)
+    first = matrix_of_pose(robot.got["pose"][0].pose.pose)
+    stop(node, number)
+    assert map_file.exists() == (number == signal.SIGINT)
+    robot.forget()
+    node = processes.node(map_file=map_file, localize=True, schedule="lockstep")
+    processes.camera(recording, "--rate", 0)
+    assert robot.spin_until(lambda: tracked(robot) > FRAMES // 2, 60), node.log.read_text()
+    assert "starts in the map" in node.log.read_text()
+    found = robot.got["pose"][0]
+    truth = np.loadtxt(recording / "groundtruth.txt")
+    i = int(np.argmin(np.abs(truth[:, 0] - nanoseconds(found.header.stamp) / 1e9)))
+    expected = first @ BASE(truth, 0, i)
+    assert np.linalg.norm(matrix_of_pose(found.pose.pose)[:3, 3] - expected[:3, 3]) < 0.25
+
+
+def BASE(truth, a, b):
+    """The motion of the camera between two frames; that of the base differs by less than the tolerance."""
+    return inverse(matrix_of_truth(truth[a])) @ matrix_of_truth(truth[b])
+
+
+def test_services(processes, robot, recording, tmp_path):
+    map_file = tmp_path / "office.map"
+    node = processes.node(map_file=map_file)
+    assert not robot.call(Trigger, "save_map").success
+    processes.camera(recording, "--now", "--repeat", 20)
+    assert robot.spin_until(lambda: robot.count("pose") > 30, 40), node.log.read_text()
+    assert robot.call(Trigger, "save_map").success and map_file.exists()
+    assert robot.call(SetBool, "localize", data=True).success
+    assert robot.spin_until(lambda: robot.values()[0].get("mode") == "localize", 5)
+    assert robot.call(SetBool, "pause", data=True).success
+    assert robot.spin_until(lambda: robot.values()[0].get("state") == "paused", 5)
+    robot.forget()
+    robot.spin_until(lambda: False, 1)
+    assert robot.count("pose") <= 1
+    assert robot.call(SetBool, "pause", data=False).success
+    assert robot.spin_until(lambda: robot.count("pose") > 3, 20)
+    assert robot.call(LoadMap, "load_map", map_url="/nowhere.map").result == LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
+    robot.forget()
+    assert robot.call(LoadMap, "load_map", map_url=f"file://{map_file}").result == LoadMap.Response.RESULT_SUCCESS
+    assert robot.spin_until(lambda: robot.count("pose") > 10, 30), node.log.read_text()
+    robot.forget()
+    assert robot.call(Trigger, "reset").success
+    assert robot.spin_until(lambda: robot.count("pose") > 3, 20)
+    assert np.linalg.norm(matrix_of_pose(robot.got["pose"][0].pose.pose)[:3, 3]) < 0.05, "the new map starts at the base"
+
+
+def test_the_odometry_of_the_robot_is_corrected(processes, robot, recording, base_to_camera):
+    """Wheels that drift publish odom -> base_link; map -> odom takes the drift away."""
+    from stillmap_ros import messages
+    from tf2_msgs.msg import TFMessage
+    truth = np.loadtxt(recording / "groundtruth.txt")
+    T_world_base = [matrix_of_truth(row) @ inverse(base_to_camera) for row in truth]
+    node = processes.node(publish_odom=False, schedule="lockstep")
+    assert robot.spin_until(lambda: robot.tf.get_subscription_count() > 1, 20), node.log.read_text()
+    for i, row in enumerate(truth):
+        T_odom_base = inverse(T_world_base[0]) @ T_world_base[i]
+        T_odom_base[0, 3] += 0.002 * i
+        robot.tf.publish(TFMessage(transforms=[messages.transform_of(T_odom_base, round(1e9 * row[0]), "odom", "base_link")]))
+    processes.camera(recording, "--rate", 0)
+    assert robot.spin_until(lambda: tracked(robot) == FRAMES, 60), node.log.read_text()
+    corrections = [matrix_of(t.transform) for t in robot.got["tf"] if t.child_frame_id == "odom"]
+    assert not robot.count("odom")
+    assert abs(corrections[-1][0, 3] + 0.002 * (FRAMES - 1)) < 0.03

@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The parts of the node that need no other process: images, pairs, transforms, odometry, the grid."""
+import struct
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from stillmap_ros import images, mapper, messages, transforms
+from stillmap_ros.grid import FREE, OCCUPIED, UNKNOWN, grid_of_cloud
+from stillmap_ros.pairing import Pairing, Queue
+
+import stillmap
+
+RNG = np.random.default_rng(1)
+RGB = RNG.integers(0, 255, (6, 8, 3), np.uint8)
+DEPTH = RNG.integers(1, 9000, (6, 8), np.uint16)
+
+
+def image(encoding, pixels, big_endian=False, padding=8):
+    """A message with rows of more bytes than their pixels have."""
+    stored = pixels.astype(pixels.dtype.newbyteorder(">" if big_endian else "<"))
+    rows = np.pad(stored.view(np.uint8).reshape(pixels.shape[0], -1), ((0, 0), (0, padding)))
+    return SimpleNamespace(encoding=encoding, height=pixels.shape[0], width=pixels.shape[1], step=rows.shape[1],
+                           data=rows.tobytes(), is_bigendian=big_endian)
+
+
+def test_images_of_all_encodings():
+    bgr, gray = np.ascontiguousarray(RGB[:, :, ::-1]), np.ascontiguousarray(RGB[:, :, 0])
+    alpha = np.full((*gray.shape, 1), 255, np.uint8)
+    colors = {"rgb8": RGB, "rgba8": np.dstack([RGB, alpha]), "bgr8": bgr, "bgra8": np.dstack([bgr, alpha]), "8UC3": bgr}
+    for encoding, pixels in colors.items():
+        np.testing.assert_array_equal(images.raw_pixels(image(encoding, pixels)), RGB)
+    for encoding in ("mono8", "8UC1"):
+        np.testing.assert_array_equal(images.raw_pixels(image(encoding, gray)), gray)
+    depth = {"16UC1": DEPTH, "mono16": DEPTH, "32FC1": DEPTH.astype(np.float32) / 1000}
+    for encoding, pixels in depth.items():
+        for big_endian in (False, True):
+            found = images.raw_pixels(image(encoding, pixels, big_endian))
+            np.testing.assert_array_equal(found, pixels)
+            assert found.dtype == pixels.dtype and found.dtype.isnative
+    with pytest.raises(images.ImageError, match="'bayer_rggb8' are not read\n  fix: give a topic with one of rgb8"):
+        images.raw_pixels(image("bayer_rggb8", gray))
+    short = image("mono8", gray)
+    short.data = short.data[:20]
+    with pytest.raises(images.ImageError, match="8 x 6 pixels has 20 bytes"):
+        images.raw_pixels(short)
+
+
+def test_raw_pixels_are_not_copied():
+    message = image("rgb8", RGB)
+    assert np.shares_memory(images.raw_pixels(message), np.frombuffer(message.data, np.uint8))
+
+
+def test_compressed_images():
+    png = cv2.imencode(".png", RGB[:, :, ::-1])[1].tobytes()
+    np.testing.assert_array_equal(images.compressed_color(SimpleNamespace(data=png)), RGB)
+    png = cv2.imencode(".png", DEPTH)[1].tobytes()
+    message = SimpleNamespace(data=bytes(12) + png, format="16UC1; compressedDepth png")
+    np.testing.assert_array_equal(images.compressed_depth(message), DEPTH)
+    # 32FC1: inverse depth, quantized: a / z + b.
+    a, b, z = 10000.0, -900.0, np.linspace(0.6, 8, 48, dtype=np.float32).reshape(6, 8)
+    z[0, 0] = 0
+    stored = np.where(z > 0, a / np.maximum(z, 0.1) + b, 0).astype(np.uint16)
+    message.data = struct.pack("<iff", 0, a, b) + cv2.imencode(".png", stored)[1].tobytes()
+    message.format = "32FC1; compressedDepth png"
+    np.testing.assert_allclose(images.compressed_depth(message), z, rtol=1e-3)
+    message.format = "16UC1; compressedDepth rvl"
+    with pytest.raises(images.ImageError, match="set the transport's format to png"):
+        images.compressed_depth(message)
+    with pytest.raises(images.ImageError, match="cannot be decoded"):
+        images.compressed_color(SimpleNamespace(data=b"no image"))
+
+
+def camera_info(**changes):
+    k = np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]])
+    p = np.hstack([np.diag([2.0, 2.0, 1.0]) @ k, np.zeros((3, 1))])
+    return SimpleNamespace(**{"width": 640, "height": 480, "k": k.ravel(), "p": p.ravel(), "d": [],
+                              "distortion_model": "plumb_bob"} | changes)
+
+
+def test_cameras():
+    found = images.camera_of(camera_info(d=[0.1, 0.2, 0, 0]), "realsense_d435i", False, "")
+    assert found.fx == 600 and found.distorted and found.depth_factor == 1000
+    rectified = images.camera_of(camera_info(d=[0.1, 0.2, 0, 0]), "kinect_v1", True, "")
+    assert rectified.fx == 1200 and not rectified.distorted
+    with pytest.raises(RuntimeError, match="image_proc"):
+        images.camera_of(camera_info(d=[0.1] * 12), "kinect_v1", False, "")
+    with pytest.raises(stillmap.Error, match="kinect_v0"):
+        images.camera_of(camera_info(), "kinect_v0", False, "")
+    with pytest.raises(images.ImageError, match="no focal length"):
+        images.camera_of(camera_info(k=np.zeros(9)), "kinect_v1", False, "")
+
+
+def stamped(nanoseconds):
+    return SimpleNamespace(header=SimpleNamespace(stamp=SimpleNamespace(sec=nanoseconds // 10**9,
+                                                                        nanosec=nanoseconds % 10**9)))
+
+
+def pairs(order, slop=0.02, lossless=False):
+    """The stamps [ms] of the pairs of messages that arrive as (topic, stamp [ms]), and the number of those without one."""
+    pairing = Pairing(2, slop, lossless)
+    found = [tuple(images.nanoseconds(m.header.stamp) // 10**6 for m in complete)
+             for topic, stamp in order for complete in pairing.add(topic, stamped(stamp * 10**6))]
+    return found, pairing.unpaired
+
+
+def test_messages_are_paired_with_the_nearest():
+    assert pairs([(0, 0), (1, 0), (0, 33), (1, 33)]) == ([(0, 0), (33, 33)], 0)
+    assert pairs([(1, 0), (1, 33), (0, 1), (0, 34), (1, 66)]) == ([(1, 0), (34, 33)], 0)
+    assert pairs([(0, 0), (0, 33), (1, 30), (1, 63)]) == ([(33, 30)], 1), "too far apart"
+    late = [(0, 33 * i) for i in range(20)] + [(1, 33 * i) for i in range(20)]
+    assert len(pairs(late)[0]) == 20
+    very_late = [(0, 33 * i) for i in range(60)] + [(1, 33 * i) for i in range(60)]
+    assert len(pairs(very_late)[0]) == 30 and len(pairs(very_late, lossless=True)[0]) == 60
+
+
+def test_a_clock_that_is_set_back_does_not_stop_the_pairs():
+    assert pairs([(0, 90000), (1, 90000), (1, 90033), (0, 10), (1, 10), (0, 43), (1, 43)])[0][1:] == [(10, 10), (43, 43)]
+
+
+def test_the_queue_keeps_the_newest_or_all():
+    newest, every = Queue(False), Queue(True)
+    for i in range(5):
+        newest.put(i)
+        every.put(i)
+    assert newest.get(0) == 4 and newest.get(0) is None and newest.dropped == 4
+    assert [every.get(0) for _ in range(5)] == list(range(5)) and every.dropped == 0
+
+
+def random_motion():
+    return transforms.matrix_of_rpy(*RNG.uniform(-2, 2, 3), *RNG.uniform(-1.5, 1.5, 3))
+
+
+def test_rotations_become_quaternions_and_back():
+    turns = [random_motion()[:3, :3] for _ in range(50)]
+    turns += [np.diag(d) for d in ((1.0, 1, 1), (1.0, -1, -1), (-1.0, 1, -1), (-1.0, -1, 1))]
+    for R in turns:
+        np.testing.assert_allclose(transforms.matrix_of_quaternion(*transforms.quaternion_of(R)), R, atol=1e-12)
+
+
+def test_transforms_are_found_through_the_tree_at_their_time():
+    tree = transforms.FrameTree()
+    T_base_link, T_link_optical = random_motion(), random_motion()
+    tree.add([messages.transform_of(T_base_link, 0, "base_link", "camera_link"),
+              messages.transform_of(T_link_optical, 0, "camera_link", "optical")], True)
+    np.testing.assert_allclose(tree.lookup("base_link", "optical", 5), T_base_link @ T_link_optical, atol=1e-9)
+    for i in range(3):
+        T = np.eye(4)
+        T[0, 3] = i
+        tree.add([messages.transform_of(T, i * 10**8, "odom", "base_link")], False)
+    found = tree.lookup("odom", "optical", 15 * 10**7)
+    np.testing.assert_allclose(found[:3, 3] - (T_base_link @ T_link_optical)[:3, 3], [1.5, 0, 0], atol=1e-9)
+    assert tree.lookup("odom", "optical", 5 * 10**8) is None, "too new"
+    assert tree.lookup("odom", "wheel", 0) is None
+
+
+def test_covariances_are_those_of_moved_poses():
+    """Samples of errors in the camera's frame, against the covariance of the base about fixed axes."""
+    T_base_camera, T_map_camera, sigma = random_motion(), random_motion(), 1e-3
+    scales = sigma * np.array([1, 2, 3, 1, 2, 3])
+    T_map_base = T_map_camera @ transforms.inverse(T_base_camera)
+    errors = []
+    for _ in range(4000):
+        moved = T_map_camera @ mapper.moved(scales * RNG.standard_normal(6)) @ transforms.inverse(T_base_camera)
+        turn = transforms.rotation_vector(moved[:3, :3] @ T_map_base[:3, :3].T)
+        errors.append([*(moved[:3, 3] - T_map_base[:3, 3]), *turn])
+    to_base = transforms.adjoint(T_base_camera)
+    predicted = mapper.covariance_in(T_map_base, to_base @ np.diag(scales**2) @ to_base.T)
+    predicted -= mapper.LEAST_VARIANCE * np.eye(6)
+    sampled = np.cov(np.transpose(errors))
+    assert np.abs(sampled - predicted).max() < 0.1 * np.abs(predicted).max()
+
+
+def test_the_odometry_bridges_a_frame_and_not_a_second():
+    odometry, step = mapper.Odometry(), np.eye(4)
+    step[0, 3] = 0.01
+    error = 1e-6 * np.eye(6)
+    for i, known in enumerate((False, True, True, False, True)):
+        odometry.add(i * 33 * 10**6, step if known else None, error)
+    np.testing.assert_allclose(odometry.T_odom_base[0, 3], 0.04, atol=1e-9)
+    odometry.add(3 * 10**9, None, error)
+    np.testing.assert_allclose(odometry.T_odom_base[0, 3], 0.04, atol=1e-9)
+    assert np.linalg.eigvalsh(odometry.covariance).min() > 0.5, "how far it went is unknown"
+
+
+def test_a_grid_has_floor_walls_and_the_way():
+    x, y = np.meshgrid(np.arange(0.025, 2, 0.05), np.arange(0.025, 1, 0.05))
+    floor = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.01)])
+    wall = np.column_stack([np.full(20, 1.525), np.linspace(0.03, 0.97, 20), np.full(20, 0.8)])
+    ceiling = wall + [0, 0, 1.6]
+    grid = grid_of_cloud(np.concatenate([floor, wall, ceiling - [1, 0, 0]]), [[-0.525, 0.475]], 0.05, 0.1, 1.8, 0.1)
+
+    def at(position):
+        u, v = np.floor((np.subtract(position, grid.origin)) / grid.cell).astype(int)
+        return grid.values[v, u]
+    assert at((1.525, 0.5)) == OCCUPIED and at((1.0, 0.5)) == FREE and at((0.525, 0.5)) == FREE
+    assert at((-0.525, 0.475)) == at((-0.525, 0.575)) == FREE and at((-0.525, 0.775)) == UNKNOWN
+    assert grid_of_cloud(np.zeros((0, 3)), [], 0.05, 0.1, 1.8, 0.1) is None
