@@ -75,7 +75,7 @@ Ground displayed_ground(const Trajectory& trajectory, const Cloud& cloud,
     ground.height = found.floor->height;
     return ground;
   }
-  ground.up = ground.source == UpSource::kImages ? mean_up(cameras) : found.up.value();
+  ground.up = found.up.value_or(mean_up(cameras));
   ground.height = low_height(cloud, ground.up, cameras.front());
   return ground;
 }

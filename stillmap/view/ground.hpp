@@ -16,7 +16,7 @@ enum class UpSource : std::uint8_t {
   kRules,   ///< `up` of the file of rules.
   kRun,     ///< --up or --floor of the run, or the floor.json that its --planner wrote.
   kFloor,   ///< The floor that was found in the map.
-  kImages,  ///< A guess: the mean upward direction of the images.
+  kImages,  ///< A guess from the surfaces in the map, or else from the images.
 };
 
 /// The upward direction of the world, and the height of the floor.
@@ -33,7 +33,8 @@ struct GroundHints {
 };
 
 /// Returns the ground for the display. Up is that of the hints; without them that of the floor if
-/// find_floor() is certain of one in the cloud, or else the mean of the images' upward directions.
+/// find_floor() is certain of one in the cloud, or else that of walls and horizontal surfaces, if
+/// they show one direction, or the mean of the images' upward directions.
 /// If no floor is certain, one in fifty points of the cloud is below it; without a cloud it is
 /// 1.5 m below the first camera.
 /// @param trajectory  of the frames or keyframes, the first camera first

@@ -10,7 +10,7 @@ const UP_FROM = {
   rules: 'Up is that of the file of rules.',
   run: 'Up is what was given to the run, or its floor.json.',
   floor: 'Up is that of the floor that was found in the map.',
-  images: 'Up is a guess: the mean upward direction of the images, for no floor is certain. The grid, the top view and drawn zones may be tilted. Give --zones FILE with up, or --planner --up X,Y,Z to the run.',
+  images: 'Up is a guess after walls and horizontal surfaces, or else the images, for no floor is certain. The grid, the top view and drawn zones may be tilted. Give --zones FILE with up, or --planner --up X,Y,Z to the run.',
 };
 export const ground = { up: [0, -1, 0], floor: -1.5, ceiling: 3, known: false };
 

@@ -13,32 +13,30 @@ export let movers = new Map();  // id -> moving object shown now
 let trails = new Map();  // id -> [[t, x, y, z], ...]
 let tracks = new Map();  // id -> track of a whole run
 let alarmed = new Set();  // ids of those with warnings
+let objects = [];  // static objects
 
 export const hasMovers = () => trails.size + tracks.size > 0;
 export const samplesOf = (id) => (tracks.has(id) ? tracks.get(id).samples : []);
 export const shadeOf = (id) => (alarmed.has(id) ? color('lost') : colorOfId(id));
 
-// Returns the edges of a box with axes of its own, and the middle of its upper face; the last axis points upwards.
-function uprightEdges({ center, size, axes }) {
-  const half = size.map((side) => side / 2), edges = boxEdges(half.map((side) => -side), half), out = [];
-  for (let i = 0; i < edges.length; i += 3) out.push(...center.map((c, k) => c + axes.reduce((sum, axis, j) => sum + axis[k] * edges[i + j], 0)));
-  return out;
+// Returns a box along the axes of the world as one that stands upright: each axis becomes the nearest one along or across the
+// upward direction, which is the last.
+function standing({ min, max }) {
+  const slopes = ground.up.map(Math.abs), last = slopes.indexOf(Math.max(...slopes)), order = [(last + 1) % 3, (last + 2) % 3, last];
+  const axis = (k) => new THREE.Vector3().setComponent(k, Math.sign(ground.up[last]));
+  const turn = new THREE.Quaternion().setFromUnitVectors(axis(last), new THREE.Vector3(...ground.up));
+  return { center: min.map((low, k) => (low + max[k]) / 2), size: order.map((k) => max[k] - min[k]), axes: order.map((k) => axis(k).applyQuaternion(turn).toArray()) };
 }
-const uprightTop = ({ center, size, axes }) => center.map((c, k) => c + axes[2][k] * size[2] / 2);
-// Returns the middle of a box's upper face.
-function topOf(min, max) {
-  const sizes = ground.up.map(Math.abs), axis = sizes.indexOf(Math.max(...sizes)), p = min.map((low, i) => (low + max[i]) / 2);
-  p[axis] = ground.up[axis] > 0 ? max[axis] : min[axis];
-  return p;
-}
+// Returns the middle of the upper face of an upright box.
+const topOf = ({ center, size, axes }) => center.map((c, k) => c + axes[2][k] * size[2] / 2);
 function drawMover(m) {
-  const shade = shadeOf(m.id), speed = Math.hypot(...m.v), trail = trails.get(m.id) || [];
-  addLines(layers.movers, boxEdges(m.min, m.max), { shade, opacity: m.observed ? 1 : 0.45 });
+  const shade = shadeOf(m.id), speed = Math.hypot(...m.v), trail = trails.get(m.id) || [], box = standing(m);
+  addLines(layers.movers, boxEdges(box), { shade, opacity: m.observed ? 1 : 0.45 });
   addLines(layers.movers, trail.slice(1).flatMap((place, i) => [...trail[i].slice(1), ...place.slice(1)]), { shade, opacity: 0.55 });
   const way = [];  // dashed: predicted
   if (speed > 0.1) for (let k = 0; k < 8; ++k) for (const part of [k / 8, (k + 0.55) / 8]) way.push(...m.p.map((x, i) => x + m.v[i] * part * PREDICTED_SECONDS));
   addLines(layers.movers, way, { shade });
-  setLabel('movers:' + m.id, topOf(m.min, m.max), [nameOf(m), m.observed ? `${speed.toFixed(1)} m/s` : 'predicted'], '#' + shade.getHexString(), alarmed.has(m.id) ? 'alarm' : 'mover');
+  setLabel('movers:' + m.id, topOf(box), [nameOf(m), m.observed ? `${speed.toFixed(1)} m/s` : 'predicted'], '#' + shade.getHexString(), alarmed.has(m.id) ? 'alarm' : 'mover');
 }
 function drawMovers() {
   empty(layers.movers);
@@ -79,16 +77,24 @@ on('alarmed', (alarms) => {
   alarmed = alarms.movers;
   drawMovers();
 });
-on('objects', ({ objects }) => {
+function drawObjects() {
   empty(layers.objects);
   dropLabels('objects');
   for (const object of objects) {
-    const { min, max } = object.box, upright = object.upright_box, unsure = object.confidence < UNSURE;
-    addLines(layers.objects, upright ? uprightEdges(upright) : boxEdges(min, max), { shade: color('object'), opacity: unsure ? 0.2 : 0.6, width: unsure ? 1 : 1.5 });
-    setLabel('objects:' + object.id, upright ? uprightTop(upright) : topOf(min, max), unsure ? [object.class + '?', `${Math.round(100 * object.confidence)} %`] : [object.class], css('object'), unsure ? 'object unsure' : 'object');
+    const box = object.upright_box || standing(object.box), unsure = object.confidence < UNSURE;
+    addLines(layers.objects, boxEdges(box), { shade: color('object'), opacity: unsure ? 0.2 : 0.6, width: unsure ? 1 : 1.5 });
+    setLabel('objects:' + object.id, topOf(box), unsure ? [object.class + '?', `${Math.round(100 * object.confidence)} %`] : [object.class], css('object'), unsure ? 'object unsure' : 'object');
   }
   setCount('objects', objects.length);
   redraw();
+}
+on('objects', (message) => {
+  objects = message.objects;
+  drawObjects();
+});
+on('grounded', () => {
+  drawMovers();
+  drawObjects();
 });
 on('themed', drawMovers);
 on('run', () => trails.clear());

@@ -19,14 +19,7 @@ function meterLines([x, y], width, depth) {
   for (let k = Math.ceil(y); k <= y + depth; ++k) lines.push(x, k, 0, x + width, k, 0);
   return lines;
 }
-function obstacleEdges({ center, size, yaw }) {
-  const half = size.map((side) => side / 2), edges = boxEdges(half.map((side) => -side), half), out = [];
-  for (let i = 0; i < edges.length; i += 3) {
-    const [x, y, z] = edges.slice(i, i + 3);
-    out.push(center[0] + x * Math.cos(yaw) - y * Math.sin(yaw), center[1] + x * Math.sin(yaw) + y * Math.cos(yaw), center[2] + z);
-  }
-  return out;
-}
+const obstacleEdges = ({ center, size, yaw }) => boxEdges({ center, size, axes: [[Math.cos(yaw), Math.sin(yaw), 0], [-Math.sin(yaw), Math.cos(yaw), 0], [0, 0, 1]] });
 // Returns the cells of a value as one image on the floor. The first row of the grid has the highest y.
 function cellsOf({ width, height, resolution, origin, cells }, value, shade, opacity) {
   const image = new Uint8Array(4 * width * height), ink = [...shade.toArray().map((x) => Math.round(255 * x)), 255];

@@ -142,7 +142,8 @@ export function setLines(layer, points, style) {
 
 const EDGES = [0, 1, 1, 3, 3, 2, 2, 0, 4, 5, 5, 7, 7, 6, 6, 4, 0, 4, 1, 5, 2, 6, 3, 7];
 export const cornerOf = (min, max, i) => [i & 1 ? max[0] : min[0], i & 2 ? max[1] : min[1], i & 4 ? max[2] : min[2]];
-export const boxEdges = (min, max) => EDGES.map((i) => cornerOf(min, max, i)).flat();
+// Returns the edges of a box by its center, its sizes, and its axes.
+export const boxEdges = ({ center, size, axes }) => EDGES.flatMap((i) => center.map((c, k) => c + axes.reduce((sum, axis, j) => sum + (i >> j & 1 ? 0.5 : -0.5) * size[j] * axis[k], 0)));
 
 // ---------------------------------------------------------------------------------------------- labels
 // Names at places of the map. The key of a label begins with its layer: "movers:3".
