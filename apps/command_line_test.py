@@ -216,6 +216,8 @@ class CommandLine(unittest.TestCase):
         row = next(line for line in done.stdout.splitlines() if line.startswith("| b "))
         self.assertEqual(row.split("|")[3].strip(), "0.0")  # the same run is not better
         self.assertIn(f"Open {out}/comparison.html", done.stdout.splitlines()[-1])
+        page = (out / "comparison.html").read_text()
+        self.assertEqual([page.count(f'<img alt="{name}"') for name in "ab"], [1, 1], "the maps")
         names = {file.name for file in out.iterdir() if not file.name.startswith(".")}
         self.assertEqual(names, {f"comparison.{end}" for end in ("html", "md", "tex", "csv", "json", "svg")} | {"errors.svg"})
 

@@ -23,6 +23,7 @@
 #include "truth.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -47,16 +48,40 @@ fs::path run_folder_of(const fs::path& path) {
   return is_of_run && fs::exists(path.parent_path() / kRunSummary) ? path.parent_path() : path;
 }
 
+/// Name and file or folder of a compared run.
+struct NamedPath {
+  std::string name;
+  fs::path path;
+};
+
+/// Reads "name=path" or "path".
+NamedPath named_path(const std::string& argument) {
+  const auto equals = argument.find('=');
+  const fs::path path = equals == std::string::npos ? argument : argument.substr(equals + 1);
+  return {equals == std::string::npos ? path.lexically_normal().filename().string()
+                                      : argument.substr(0, equals),
+          path};
+}
+
+/// Returns the images of the maps of the runs that have one.
+std::vector<CaptionedImage> maps_of(const std::vector<std::string>& arguments) {
+  std::vector<CaptionedImage> maps;
+  for (const std::string& argument : arguments) {
+    const auto [name, path] = named_path(argument);
+    const fs::path file = run_folder_of(path) / "cloud.png";
+    if (fs::exists(file)) maps.push_back({cv::imread(file.string()), name});
+  }
+  return maps;
+}
+
 /// Reads "name=path" or "path": a trajectory, or a folder written by `stillmap run`. All runs are
 /// of the sequence with this truth, so that the first is the baseline of all others.
 /// @param sequences  gets the name of the run's sequence, if it is known
 RecordedRun read_run(const std::string& argument, const Trajectory& truth,
                      const CompareArguments& arguments, std::set<std::string>& sequences) {
-  const auto equals = argument.find('=');
-  const fs::path path = equals == std::string::npos ? argument : argument.substr(equals + 1);
+  const auto [name, path] = named_path(argument);
   RecordedRun run;
-  run.name = equals == std::string::npos ? path.lexically_normal().filename().string()
-                                         : argument.substr(0, equals);
+  run.name = name;
   if (run.name.empty()) throw Error("has no name before '='", argument, "name the run: NAME=PATH");
   if (std::any_of(run.name.begin(), run.name.end(),
                   [](unsigned char c) { return std::iscntrl(c) != 0; }))
@@ -120,7 +145,8 @@ int run(const CompareArguments& arguments) {
   folder.write_text("comparison.json", json_text(comparison, 2) + "\n");
   folder.write_text("comparison.svg", comparison_chart(comparison).file());
   folder.write_text("errors.svg", error_distribution_chart(comparison).file());
-  folder.write_text(kPage, comparison_page(comparison, {kFiles.begin() + 1, kFiles.end()}));
+  folder.write_text(kPage, comparison_page(comparison, {kFiles.begin() + 1, kFiles.end()},
+                                           maps_of(arguments.runs)));
   folder.require_all();
   print_out("{}{}", folder.written_text(), open_line(folder.path() / kPage));
   return print_findings(findings_of(comparison));

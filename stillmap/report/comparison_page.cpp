@@ -200,6 +200,13 @@ std::string errors_card(const Comparison& comparison) {
                    "run.");
 }
 
+std::string maps_card(const std::vector<CaptionedImage>& maps) {
+  std::string figures;
+  for (const CaptionedImage& map : maps) figures += html_figure(map);
+  return html_card("Static maps",
+                   figures.empty() ? "" : "<div class=\"gallery\">\n" + figures + "</div>\n");
+}
+
 Layout layout_of(const Comparison& comparison, double width) {
   constexpr double kTop = 8, kAxis = 64, kCurves = 260, kRight = 16, kLeft = 80;  // pixels
   std::size_t longest = 8;
@@ -228,7 +235,8 @@ Svg error_distribution_chart(const Comparison& comparison, double width) {
   return svg;
 }
 
-std::string comparison_page(const Comparison& comparison, const std::vector<std::string>& files) {
+std::string comparison_page(const Comparison& comparison, const std::vector<std::string>& files,
+                            const std::vector<CaptionedImage>& maps) {
   std::string links;
   for (const std::string& file : files)
     links += fmt::format("<a class=\"chip\" href=\"{0}\">{0}</a>\n", escape_markup(file));
@@ -237,7 +245,7 @@ std::string comparison_page(const Comparison& comparison, const std::vector<std:
           "<header><h1>Comparison of {} runs</h1>\n<div class=\"chips\">\n{}</div></header>\n",
           comparison.runs.size(), links) +
       findings_section(comparison) + tables_card(comparison) + errors_card(comparison) +
-      paths_card(comparison);
+      paths_card(comparison) + maps_card(maps);
   return html_page("Stillmap: comparison", body,
                    "Made by Stillmap. Error figures cover tracked frames only: compare them "
                    "together with the coverage.");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/evaluate/compare.hpp"
+#include "stillmap/report/captioned_image.hpp"
 #include "stillmap/report/svg.hpp"
 
 #include <string>
@@ -16,6 +17,8 @@ Svg error_distribution_chart(const Comparison& comparison, double width = 1000);
 
 /// Returns the tables and charts of a comparison as one self-contained HTML page.
 /// @param files  names of the files beside the page, to which it links
-std::string comparison_page(const Comparison& comparison, const std::vector<std::string>& files);
+/// @param maps   images of the maps of runs
+std::string comparison_page(const Comparison& comparison, const std::vector<std::string>& files,
+                            const std::vector<CaptionedImage>& maps = {});
 
 }  // namespace stillmap

@@ -48,6 +48,15 @@ TEST(ComparisonPage, ShowsTablesChartsAndFiles) {
   EXPECT_EQ(count(html, "class=\"untrusted\""), 1) << "of the run without an evaluation";
 }
 
+TEST(ComparisonPage, ShowsTheMapsOfTheRuns) {
+  const std::string html =
+      comparison_page(two_systems(), {}, {{cv::Mat3b(20, 30), "map of <fused>"}, {{}, "no map"}});
+  EXPECT_EQ(count(html, "<img alt=\"map of &lt;fused&gt;\" width=\"30\" height=\"20\""), 1);
+  EXPECT_THAT(html, HasSubstr("<h2>Static maps</h2>"));
+  EXPECT_THAT(html, Not(HasSubstr("no map")));
+  EXPECT_THAT(comparison_page(two_systems(), {}), Not(HasSubstr("Static maps")));
+}
+
 TEST(ComparisonPage, RepeatsTheDoubtsOfARun) {
   Comparison comparison = two_systems();
   comparison.runs[1].findings = {make_finding("low-coverage", "no <floor> was seen")};

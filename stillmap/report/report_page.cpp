@@ -11,14 +11,12 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
 
 constexpr std::size_t kListed = 12;  // rows of a list before the rest is only counted
 constexpr std::size_t kListedMovers = 36;
-constexpr int kJpegQuality = 86;
 
 std::string e(std::string_view text) { return escape_markup(text); }
 
@@ -41,22 +39,6 @@ std::string rounded(std::size_t number) {
                          : fmt::format("{:.3g}\u2009M", value / 1e6);
 }
 
-/// Returns the base64 code of some bytes (RFC 4648).
-std::string base64(const std::vector<unsigned char>& bytes) {
-  constexpr char kAlphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve(bytes.size() * 4 / 3 + 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= left ? kAlphabet[group >> (18 - 6 * k) & 63] : '=';
-    }
-  }
-  return text;
-}
-
 /// Returns the relative address of a file (RFC 3986).
 std::string link_to(const std::string& file) {
   std::string link;
@@ -67,16 +49,6 @@ std::string link_to(const std::string& file) {
     link += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
   }
   return link;
-}
-
-std::string figure(const CaptionedImage& image) {
-  if (image.image.empty()) return "";
-  std::vector<unsigned char> jpeg;
-  cv::imencode(".jpg", image.image, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
-  return fmt::format(
-      "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" src=\"data:image/jpeg;base64,{3}\">"
-      "<figcaption>{0}</figcaption></figure>\n",
-      e(image.caption), image.image.cols, image.image.rows, base64(jpeg));
 }
 
 struct Tile {
@@ -245,7 +217,7 @@ std::string timing_section(const RunRecord& record) {
 
 std::string gallery(const std::vector<CaptionedImage>& images) {
   std::string html;
-  for (const CaptionedImage& image : images) html += figure(image);
+  for (const CaptionedImage& image : images) html += html_figure(image);
   return html.empty() ? "" : "<div class=\"gallery\">\n" + html + "</div>\n";
 }
 
@@ -302,8 +274,8 @@ std::string frames_section(const RunRecord& record) {
 std::string map_section(const ReportImages& images) {
   if (!images.cloud) return "";
   const std::vector<CaptionedImage>& more = images.more;
-  std::string html = figure(*images.cloud);
-  if (!more.empty()) html += figure(more.front()) + gallery({more.begin() + 1, more.end()});
+  std::string html = html_figure(*images.cloud);
+  if (!more.empty()) html += html_figure(more.front()) + gallery({more.begin() + 1, more.end()});
   return html_card("Static map", html);
 }
 
@@ -368,7 +340,7 @@ std::string movers_section(const RunRecord& record, const ReportImages& images) 
   }
   if (rows.empty()) return "";
   return html_card(fmt::format("Moving objects: {}", movers.size()),
-                   (images.movers ? figure(*images.movers) : "") +
+                   (images.movers ? html_figure(*images.movers) : "") +
                        table({"id", "class", "time", "frames", "path length", "mean speed"}, rows));
 }
 
