@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/recording/recording.hpp"
@@ -49,8 +50,8 @@ int run(const InfoArguments& arguments) {
   const bool recorded = is_recording(path) && !std::filesystem::exists(path / "rgb.txt");
   if (recorded) {
     Recording recording(arguments.file);
-    print_out("{}: {:.2f} s, {} topics\n", arguments.file, recording.duration(),
-              recording.topics().size());
+    print_out("{}: {:.2f} s, {}\n", arguments.file, recording.duration(),
+              counted(recording.topics().size(), "topic"));
     print_topics(recording);
   }
   const auto source = make_source(arguments.file, options);

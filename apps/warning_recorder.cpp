@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warning_recorder.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
@@ -115,7 +116,7 @@ void WarningRecorder::finish() {
   for (const Receiver& receiver : receivers_) receiver.sender->begin_finish();
   for (const Receiver& receiver : receivers_) {
     const SentEvents events = receiver.sender->finish();
-    print_out("{}: {} events sent", receiver.address.text(), events.sent);
+    print_out("{}: {} sent", receiver.address.text(), counted(events.sent, "event"));
     if (events.refused > 0) print_out(", {} refused", events.refused);
     if (events.dropped > 0)
       print_out(", {} dropped: {}", events.dropped,
@@ -123,8 +124,8 @@ void WarningRecorder::finish() {
     print_out("\n");
     if (events.sent == 0 && events.refused + events.dropped > 0)
       findings_.push_back(make_finding(
-          "events-lost", fmt::format("{} got none of the {} events", receiver.address.text(),
-                                     events.refused + events.dropped)));
+          "events-lost", fmt::format("{} got none of {}", receiver.address.text(),
+                                     counted(events.refused + events.dropped, "event"))));
   }
 }
 

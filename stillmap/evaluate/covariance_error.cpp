@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/covariance_error.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/number.hpp"
@@ -162,13 +163,13 @@ CovarianceFigures covariance_figures(const Trajectory& truth, const Trajectory& 
 std::string covariance_text(const CovarianceFigures& f) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   return fmt::format(
-      "covariances of {} poses: normalized error squared {:.2f} (6 expected), of the translation "
+      "covariances of {}: normalized error squared {:.2f} (6 expected), of the translation "
       "{:.2f}, of the rotation {:.2f} (3 expected each)\n"
       "  {:.1f} % of the poses within their 95 % region; translation {:.2f} mm predicted, {:.2f} "
       "mm measured; rotation {:.3f} deg predicted, {:.3f} deg measured (RMS)\n",
-      f.poses, f.nees, f.nees_translation, f.nees_rotation, 100 * f.share_within_95,
-      1000 * f.translation_sigma, 1000 * f.translation_rmse, kDegrees * f.rotation_sigma,
-      kDegrees * f.rotation_rmse);
+      counted(f.poses, "pose"), f.nees, f.nees_translation, f.nees_rotation,
+      100 * f.share_within_95, 1000 * f.translation_sigma, 1000 * f.translation_rmse,
+      kDegrees * f.rotation_sigma, kDegrees * f.rotation_rmse);
 }
 
 void to_json(nlohmann::json& json, const CovarianceFigures& f) {

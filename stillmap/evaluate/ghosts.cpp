@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/ghosts.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
 #include "stillmap/evaluate/stamped_images.hpp"
@@ -213,9 +214,9 @@ GhostReference make_ghost_reference(const MaskedFrames& frames, const Trajectory
     }
   }
   if (reference.frames == 0) {
-    throw Error(
-        fmt::format("none of {} frames with a mask has a true pose", reference.frames_without_pose),
-        "ghost figure", "check that masks, frames and true trajectory belong together");
+    throw Error(fmt::format("none of {} with a mask has a true pose",
+                            counted(reference.frames_without_pose, "frame")),
+                "ghost figure", "check that masks, frames and true trajectory belong together");
   }
   conclude(grid, reference);
   return reference;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/evaluate/label_figures.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 
 #include <array>
@@ -146,10 +147,13 @@ nlohmann::json json_of(const FrameMean& mean) {
           {"frames", mean.frames}};
 }
 
+std::string mean_text(const FrameMean& mean) {
+  return fmt::format("{:.4f} ({})", mean.mean, counted(mean.frames, "frame"));
+}
+
 std::string share_line(const char* name, const FrameMean& mean, const LabelTally& tally) {
   if (tally.total == 0) return "";
-  const std::string by_frame =
-      mean.frames == 0 ? "-" : fmt::format("{:.4f} ({} frames)", mean.mean, mean.frames);
+  const std::string by_frame = mean.frames == 0 ? "-" : mean_text(mean);
   return fmt::format("{:<34}{:>22}{:>10.4f}{:>12}\n", name, by_frame, tally.share(), tally.total);
 }
 
@@ -212,21 +216,20 @@ LabelFigures evaluate_labels(std::span<const LabeledFrame> frames, const MotionT
   }
   const LabelFigures figures = judge.figures();
   if (figures.frames == 0) {
-    throw Error(fmt::format("none of {} frames has a true mask", frames.size()), "motion labels",
-                "check that labels and masks belong to the same sequence");
+    throw Error(fmt::format("none of {} has a true mask", counted(frames.size(), "frame")),
+                "motion labels", "check that labels and masks belong to the same sequence");
   }
   return figures;
 }
 
 std::string label_text(const LabelFigures& f) {
   std::string text = fmt::format(
-      "labels of {} frames ({} without truth); {}\n", f.frames, f.frames_without_truth,
+      "labels of {} ({} without truth); {}\n", counted(f.frames, "frame"), f.frames_without_truth,
       f.knows_speed ? "truth from measured speeds" : "every movable object counts as moving");
   text += fmt::format("{:<34}{:>22}{:>10}{:>12}\n", "", "mean over frames", "pooled", "keypoints");
   if (f.pooled.moving.total > 0) {
     text += fmt::format("{:<34}{:>22}{:>10.4f}{:>12}\n", "precision of \"moving\"",
-                        fmt::format("{:.4f} ({} frames)", f.precision.mean, f.precision.frames),
-                        f.pooled.precision(), f.pooled.said_moving());
+                        mean_text(f.precision), f.pooled.precision(), f.pooled.said_moving());
   }
   text += share_line("recall of \"moving\"", f.recall, f.pooled.moving);
   text += share_line("false \"moving\": static world", f.static_world, f.pooled.static_world);

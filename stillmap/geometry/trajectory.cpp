@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/geometry/trajectory.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/number.hpp"
@@ -88,10 +89,11 @@ void skip_unknown(std::vector<PoseLine>& lines, const std::filesystem::path& fil
   const std::size_t all = lines.size(), skipped = std::erase_if(lines, has_no_pose);
   const char* reason = "numbers that are not finite, or a quaternion of 0";
   if (lines.empty()) {
-    throw Error(fmt::format("contains no pose: all {} lines have {}", all, reason), file.string(),
-                "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
+    throw Error(fmt::format("contains no pose: {} with {}", counted(all, "line"), reason),
+                file.string(), "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
   }
-  warn(fmt::format("{} of {} poses are skipped, the first: {} has {}", skipped, all, where, reason),
+  warn(fmt::format("left out: {} of {}, the first: {} has {}", skipped, counted(all, "pose"), where,
+                   reason),
        "");
 }
 

@@ -84,11 +84,12 @@ std::string description_text(const MapDescription& d) {
       "sensor      {}\n"
       "pyramid     {} levels of factor {}\n"
       "sessions    {}\n"
-      "keyframes   {} with {} keypoints\n"
+      "keyframes   {} with {}\n"
       "landmarks   {}, seen {:.1f} times each\n",
       d.version, d.writer, d.camera.name, d.camera.width, d.camera.height, d.camera.fx, d.camera.fy,
       d.camera.cx, d.camera.cy, d.camera.depth_sensor.name, d.pyramid.levels,
-      d.pyramid.scale_factor, d.sessions, d.keyframes, d.keypoints, d.landmarks,
+      d.pyramid.scale_factor, d.sessions, d.keyframes, counted(d.keypoints, "keypoint"),
+      d.landmarks,
       d.landmarks == 0 ? 0.0
                        : static_cast<double>(d.observations) / static_cast<double>(d.landmarks));
   text += fmt::format("components  {}\n", d.components.size());
@@ -97,7 +98,8 @@ std::string description_text(const MapDescription& d) {
     text += fmt::format("  {:<9} {}, {} within {}\n", i, counted(c.keyframes, "keyframe"),
                         counted(c.landmarks, "landmark"), extent_text(c.extent));
   }
-  text += fmt::format("dense       {} views with {} pixels\n", d.views, d.view_pixels);
+  text += fmt::format("dense       {} with {}\n", counted(d.views, "view"),
+                      counted(d.view_pixels, "pixel"));
   return text;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/recording/recording.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/number.hpp"
 
@@ -72,10 +73,8 @@ std::string missing_files(const fs::path& folder, const std::vector<fs::path>& p
     if (!found) missing.push_back(name);
   }
   if (missing.empty()) return "";
-  return fmt::format(
-      "{} of the {} files of the recording are missing, so that it has gaps: metadata.yaml lists "
-      "{}",
-      missing.size(), listed.size(), fmt::join(missing, ", "));
+  return fmt::format("the recording lacks {} of {}, so that it has gaps: metadata.yaml lists {}",
+                     missing.size(), counted(listed.size(), "file"), fmt::join(missing, ", "));
 }
 
 }  // namespace

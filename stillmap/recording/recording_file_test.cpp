@@ -231,7 +231,7 @@ TEST(Recording, FilesThatMetadataListsAndTheFolderLacksAreTold) {
   EXPECT_THAT(Recording(folder.path("")).warnings(), IsEmpty());
   folder.write("metadata.yaml", head + "    - rec/rec_0.mcap\n    - \"rec_1.mcap\"\n");
   EXPECT_THAT(Recording(folder.path("")).warnings(),
-              ElementsAre(::testing::AllOf(HasSubstr("1 of the 2 files of the recording"),
+              ElementsAre(::testing::AllOf(HasSubstr("lacks 1 of 2 files"),
                                            HasSubstr("metadata.yaml lists rec_1.mcap"))));
 }
 

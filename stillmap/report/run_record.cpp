@@ -65,7 +65,7 @@ std::string uncertain_spans_text(const SlamResult& result) {
   std::vector<std::string> texts;
   for (const auto& [from, to] : spans) {
     if (texts.size() == kListed) {
-      texts.push_back(fmt::format("{} more times", spans.size() - kListed));
+      texts.push_back(counted(spans.size() - kListed, "more time"));
       break;
     }
     texts.push_back(from < to ? fmt::format("{:.2f} to {:.2f} s", from, to)

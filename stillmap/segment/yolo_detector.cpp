@@ -189,10 +189,10 @@ std::optional<InferenceInfo> YoloDetector::inference() const {
 
 std::string YoloDetector::description() const {
   const cv::Size size = input_size();
-  std::string text = fmt::format("{} ({}, {} classes), {} x {}, {}",
-                                 std::filesystem::path(options_.model).filename().string(),
-                                 segments() ? "masks" : "boxes", class_names_.size(), size.width,
-                                 size.height, engine_.engine->name().text());
+  std::string text = fmt::format(
+      "{} ({}, {}), {} x {}, {}", std::filesystem::path(options_.model).filename().string(),
+      segments() ? "masks" : "boxes", counted(class_names_.size(), "class"), size.width,
+      size.height, engine_.engine->name().text());
   if (engine_.device == "cpu") text += ", " + counted(options_.threads, "thread");
   return engine_.reason.empty() ? text : text + "; faster devices: " + engine_.reason;
 }

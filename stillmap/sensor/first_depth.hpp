@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/counted.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 #include "stillmap/sensor/increasing.hpp"
 
@@ -32,8 +33,8 @@ std::string without_depth_note(const std::vector<Frame>& frames, const HasDepth&
   const auto without = std::count_if(frames.begin(), frames.end(),
                                      [&](const Frame& frame) { return !has_depth(frame); });
   if (without == 0) return "";
-  return fmt::format("{} of {} color images have no depth image within {} s", without,
-                     frames.size(), kMaxPairDifference);
+  return fmt::format("{} of {} color images {} no depth image within {} s", without, frames.size(),
+                     have(without), kMaxPairDifference);
 }
 
 }  // namespace stillmap

@@ -234,7 +234,7 @@ TEST(FolderLayout, NumbersThatRunAlongEachOtherWithAnOffsetAreAnError) {
   fs::remove(sequence.path("depth/1.png"));  // a depth image that is missing is no offset
   fs::copy(sequence.path("depth/2.png"), sequence.path("depth/0.png"));
   const auto source = open();
-  EXPECT_THAT(source->notes(), ::testing::Contains(HasSubstr("1 of 4 color images have no depth")));
+  EXPECT_THAT(source->notes(), ::testing::Contains(HasSubstr("1 of 4 color images has no depth")));
 }
 
 TEST(FolderLayout, NamesOfOpen3dHaveANumberAndATime) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 
@@ -39,9 +40,9 @@ void keep_range(const FrameRange& range, const std::string& where, std::vector<F
   const auto total = frames.size();
   const auto first = static_cast<std::size_t>(range.first);
   if (first >= total) {
-    throw Error(
-        fmt::format("the sequence has {} frames, and the first one wanted is {}", total, first),
-        where, "start earlier");
+    throw Error(fmt::format("the sequence has {}, and the first one wanted is {}",
+                            counted(total, "frame"), first),
+                where, "start earlier");
   }
   const auto wanted = range.count > 0 ? static_cast<std::size_t>(range.count) : total;
   const auto end = first + std::min(wanted, total - first);

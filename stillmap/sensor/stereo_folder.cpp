@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/stereo_folder.hpp"
 
+#include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/number.hpp"
@@ -151,8 +152,8 @@ std::vector<double> kitti_times(const fs::path& folder, std::size_t count, doubl
   if (is_file(file)) {
     times = read_times(file);
     if (times.size() < count) {
-      throw Error(fmt::format("has {} times for {} images", times.size(), count), file.string(),
-                  "give one time in seconds a line for each image");
+      throw Error("has " + counted(times.size(), "time") + " for " + counted(count, "image"),
+                  file.string(), "give one time in seconds a line for each image");
     }
     return times;
   }
