@@ -14,7 +14,7 @@ compile = cmake --build --preset $(1) --parallel $(JOBS)
 run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 
 .DEFAULT_GOAL := help
-.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install ros-test clean
+.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install ros-test package package-test release clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
@@ -86,6 +86,17 @@ install: deps  ## install the command, its library and headers to PREFIX (/usr/l
 	@$(call configure,release)
 	$(call compile,release) --target stillmap_installed
 	cmake --install build/release --prefix $(or $(PREFIX),/usr/local)
+
+package: deps  ## Debian packages of the command, the library and the Python module (build/release/packages)
+	@$(call configure,release)
+	$(call compile,release) --target stillmap_installed stillmap_python
+	scripts/make_packages.sh
+
+package-test:  ## install, use and remove them in a clean root (as root, with mmdebstrap)
+	scripts/test_packages.sh
+
+release: package package-test  ## build and check everything that is published
+	scripts/check_version.py build/release/packages/*.deb
 
 clean:  ## remove all build results except downloaded wheels
 	rm -rf build/release build/debug build/asan build/tsan build/fuzz build/lint build/configure_*.log

@@ -13,6 +13,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import old_map
+
 PROGRAM = ""
 
 
@@ -164,6 +166,20 @@ class SavedMaps(unittest.TestCase):
         result = self.run_sequence("grown", "--load-map", other, "--save-map", other)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual(stillmap("map", "info", other).returncode, 0)
+
+    def test_a_map_of_version_0_1_is_read(self):
+        file, out = self.folder / "old.map", self.folder / "old"
+        file.write_bytes(old_map.old_map())
+        exported = stillmap("map", "export", file, "--out", out)
+        self.assertEqual(exported.returncode, 0, exported.stderr)
+        poses = [line.split() for line in (out / "keyframes.txt").read_text().splitlines() if line[0] != "#"]
+        self.assertEqual([float(pose[1]) for pose in poses], [0, 0.1])
+        json_file = self.folder / "old.json"
+        self.assertEqual(stillmap("map", "info", file, "--json", json_file).returncode, 0)
+        info = json.loads(json_file.read_text())
+        self.assertEqual(info["writer"], old_map.PROGRAM)
+        self.assertEqual(info["observations"], 2)
+        self.assertEqual(info["components"][0]["extent_max"], list(old_map.LANDMARK))
 
     def test_a_slim_map_is_smaller(self):
         slim, slimmed = self.folder / "slim.map", self.folder / "slimmed.map"

@@ -1,7 +1,7 @@
-# `cmake --install` installs
-#   - the command with its manual page, shell completion, presets and license,
-#   - the OpenVINO plug-in with the libraries of OpenVINO that it needs,
-#   - for other projects: one library, the public headers, and a CMake package for find_package(Stillmap).
+# `cmake --install` installs two components:
+#   - command: the command with its manual page, shell completion, presets and license, and the OpenVINO plug-in with
+#     the libraries of OpenVINO that it needs;
+#   - development: for other projects, one library, the public headers, and a CMake package for find_package(Stillmap).
 # The target stillmap_installed builds all that is installed and nothing else.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -11,17 +11,18 @@ set(plugin_folder ${CMAKE_INSTALL_LIBDIR}/stillmap)
 
 # --- The command ---
 set_target_properties(stillmap PROPERTIES INSTALL_RPATH "$ORIGIN/../${plugin_folder}")
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME command)
 install(TARGETS stillmap)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/presets" DESTINATION ${CMAKE_INSTALL_DATADIR}/stillmap
         FILES_MATCHING PATTERN *.yaml)
 
 # The program itself writes its manual page and completion, so that they always list the options it has.
-set(man_page "${PROJECT_BINARY_DIR}/stillmap.1")
+set(man_page "${PROJECT_BINARY_DIR}/stillmap.1.gz")
 set(bash_completion "${PROJECT_BINARY_DIR}/stillmap.bash")
 set(zsh_completion "${PROJECT_BINARY_DIR}/stillmap.zsh")
 add_custom_command(OUTPUT "${man_page}" "${bash_completion}" "${zsh_completion}"
-                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' man >'${man_page}'"
+                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' man | gzip -9n >'${man_page}'"
                    COMMAND sh -c "'$<TARGET_FILE:stillmap>' completion bash >'${bash_completion}'"
                    COMMAND sh -c "'$<TARGET_FILE:stillmap>' completion zsh >'${zsh_completion}'"
                    DEPENDS stillmap VERBATIM)
@@ -50,6 +51,8 @@ if(TARGET stillmap_openvino)
     endforeach()
   endif()
 endif()
+
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
 
 # --- The library: the objects of all modules in one archive, Stillmap::stillmap ---
 get_property(modules GLOBAL PROPERTY STILLMAP_MODULES)

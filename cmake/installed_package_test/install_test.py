@@ -80,7 +80,7 @@ class Installed(unittest.TestCase):
         return [self.program, *sorted((self.library / "stillmap").glob("libstillmap_*.so"))]
 
     def test_all_files_are_there(self):
-        for name in ("bin/stillmap", "share/man/man1/stillmap.1", "share/bash-completion/completions/stillmap",
+        for name in ("bin/stillmap", "share/man/man1/stillmap.1.gz", "share/bash-completion/completions/stillmap",
                      "share/zsh/site-functions/_stillmap",
                      "share/doc/stillmap/LICENSE", "share/stillmap/presets/fused.yaml",
                      f"{ARGUMENTS.libdir}/cmake/Stillmap/StillmapConfig.cmake"):

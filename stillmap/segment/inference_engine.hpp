@@ -42,7 +42,7 @@ std::size_t count_of(const Shape& shape) {
 class InferenceEngine {
  public:
   virtual ~InferenceEngine() = default;
-  /// 1 x 3 x height x width.
+  /// 1 x 3 x height x width, or 1 x height x width x 3.
   virtual std::array<int, 4> input_shape() const = 0;
   /// Returns the input, the product of input_shape() values, to be written before each run(). It is
   /// in the memory from which the device reads fastest.
@@ -61,7 +61,7 @@ std::string cause_in(const std::string& message);
 struct EngineOptions {
   std::string model;                 ///< Path of the .onnx file.
   std::string input;                 ///< Name of the input.
-  std::array<int, 4> input_shape{};  ///< Shape 1 x 3 x height x width, all positive.
+  std::array<int, 4> input_shape{};  ///< As InferenceEngine::input_shape(), all positive.
   /// Sizes of the dynamic dimensions of the input by their names in the file.
   std::map<std::string, int> dynamic_dimensions;
   std::vector<std::string> outputs;  ///< Names of the outputs in the order of the file.

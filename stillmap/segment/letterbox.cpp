@@ -10,19 +10,20 @@ namespace {
 
 constexpr int kGray = 114;  // Padding value that YOLO networks are trained with.
 
-/// Converts BGR bytes to three planes R, G, B of 0 to 1; the image covers `inner`.
-void to_planes(const cv::Mat& bgr, std::span<float> planes) {
-  constexpr float kUnit = 1.0F / 255.0F;
-  const std::size_t plane = bgr.total();
+/// Writes BGR bytes in the format of a network's input.
+void write_pixels(const cv::Mat& bgr, const PixelFormat& format, std::span<float> values) {
+  const std::size_t plane = format.channels_last ? 1 : bgr.total();
+  const std::size_t step = format.channels_last ? 3 : 1;
   for (int y = 0; y < bgr.rows; ++y) {
     const auto* in = bgr.ptr<std::uint8_t>(y);
-    float* r = planes.data() + static_cast<std::size_t>(y) * bgr.cols;
-    float* g = r + plane;
-    float* b = g + plane;
-    for (int x = 0; x < bgr.cols; ++x) {
-      b[x] = static_cast<float>(in[3 * x]) * kUnit;
-      g[x] = static_cast<float>(in[3 * x + 1]) * kUnit;
-      r[x] = static_cast<float>(in[3 * x + 2]) * kUnit;
+    float* first = values.data() + step * static_cast<std::size_t>(y) * bgr.cols;
+    float* r = first + (format.bgr ? 2 * plane : 0);
+    float* g = first + plane;
+    float* b = first + (format.bgr ? 0 : 2 * plane);
+    for (std::size_t x = 0; x < static_cast<std::size_t>(bgr.cols); ++x) {
+      b[step * x] = static_cast<float>(in[3 * x]) * format.scale + format.offset;
+      g[step * x] = static_cast<float>(in[3 * x + 1]) * format.scale + format.offset;
+      r[step * x] = static_cast<float>(in[3 * x + 2]) * format.scale + format.offset;
     }
   }
 }
@@ -40,6 +41,13 @@ Letterbox::Letterbox(cv::Size image_size, cv::Size input_size)
   pad_y = (input.height - inner.height) / 2;
 }
 
+Letterbox Letterbox::stretched(cv::Size image_size, cv::Size input_size) {
+  Letterbox whole(image_size, input_size);
+  whole.inner = input_size;
+  whole.pad_x = whole.pad_y = 0;
+  return whole;
+}
+
 cv::Point2f Letterbox::to_image(cv::Point2f p) const {
   return {static_cast<float>((p.x - pad_x) * image.width / inner.width),
           static_cast<float>((p.y - pad_y) * image.height / inner.height)};
@@ -50,9 +58,10 @@ cv::Point2f Letterbox::to_input(cv::Point2f p) const {
           static_cast<float>(p.y * inner.height / image.height + pad_y)};
 }
 
-void Letterbox::fill(const cv::Mat& color, std::span<float> planes) const {
+void Letterbox::fill(const cv::Mat& color, std::span<float> values,
+                     const PixelFormat& format) const {
   const TraceScope scope("letterbox");
-  CV_Assert(planes.size() == 3 * static_cast<std::size_t>(input.area()));
+  CV_Assert(values.size() == 3 * static_cast<std::size_t>(input.area()));
   cv::Mat scaled;
   const int how = inner.width < image.width ? cv::INTER_AREA : cv::INTER_LINEAR;
   cv::resize(color, scaled, inner, 0, 0, how);
@@ -62,7 +71,7 @@ void Letterbox::fill(const cv::Mat& color, std::span<float> planes) const {
                        input.width - inner.width - x, cv::BORDER_CONSTANT,
                        cv::Scalar(kGray, kGray, kGray));
   }
-  to_planes(scaled, planes);
+  write_pixels(scaled, format, values);
 }
 
 }  // namespace stillmap

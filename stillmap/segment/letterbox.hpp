@@ -6,6 +6,14 @@
 
 namespace stillmap {
 
+/// Values of the pixels in a network's input: scale * byte + offset, in planes or pixel by pixel.
+struct PixelFormat {
+  bool channels_last = false;  ///< 1 x height x width x 3 instead of 1 x 3 x height x width.
+  bool bgr = false;            ///< Blue first instead of red first.
+  float scale = 1.0F / 255.0F;
+  float offset = 0;
+};
+
 /// Placement of an image in a network's input: scaled with constant aspect ratio, centered, the
 /// rest filled with gray (114). Pixel centers are at integers in both.
 struct Letterbox {
@@ -16,15 +24,17 @@ struct Letterbox {
   cv::Size inner;         ///< Size of the image in the input [pixels].
 
   Letterbox(cv::Size image_size, cv::Size input_size);
+  /// Returns a placement without padding, with another aspect ratio than the image's.
+  static Letterbox stretched(cv::Size image_size, cv::Size input_size);
 
   /// Returns the image position of an input position (edge coordinates: pixel i covers i to i + 1).
   cv::Point2f to_image(cv::Point2f input_edge) const;
   /// Returns the input position of an image position (edge coordinates).
   cv::Point2f to_input(cv::Point2f image_edge) const;
 
-  /// Computes the network input: planes of 3 x height x width, RGB, 0 to 1. `color` is 8UC3 BGR of
-  /// size `image`; `planes` has three times the area of `input`.
-  void fill(const cv::Mat& color, std::span<float> planes) const;
+  /// Computes the network input. `color` is 8UC3 BGR of size `image`; `values` has three times the
+  /// area of `input`.
+  void fill(const cv::Mat& color, std::span<float> values, const PixelFormat& format = {}) const;
 };
 
 }  // namespace stillmap

@@ -44,5 +44,26 @@ TEST(Letterbox, FillsPlanesInRgbWithGrayAround) {
   EXPECT_FLOAT_EQ(at(2, 3), 114.0F / 255);  // below
 }
 
+TEST(Letterbox, OtherFormatsDifferInOrderOfChannelsAndInValues) {
+  const cv::Mat color(2, 2, CV_8UC3, cv::Scalar(255, 51, 0));  // blue, green, red
+  std::vector<float> values(12);
+  const Letterbox whole({2, 2}, {2, 2});
+  whole.fill(color, values, {.bgr = true, .scale = 1});
+  EXPECT_EQ(values, (std::vector<float>{255, 255, 255, 255, 51, 51, 51, 51, 0, 0, 0, 0}));
+  whole.fill(color, values, {.channels_last = true, .scale = 2.0F / 255, .offset = -1});
+  for (std::size_t i = 0; i < 12; i += 3) {
+    EXPECT_FLOAT_EQ(values[i], -1);
+    EXPECT_NEAR(values[i + 1], -0.6F, 1e-6);
+    EXPECT_NEAR(values[i + 2], 1, 1e-6);
+  }
+}
+
+TEST(Letterbox, StretchedHasNoPaddingAndAnotherAspectRatio) {
+  const auto whole = Letterbox::stretched({640, 480}, {256, 256});
+  EXPECT_EQ(whole.inner, whole.input);
+  EXPECT_EQ(whole.to_input({320, 240}), cv::Point2f(128, 128));
+  EXPECT_EQ(whole.to_image({256, 256}), cv::Point2f(640, 480));
+}
+
 }  // namespace
 }  // namespace stillmap

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/warning.hpp"
 #include "stillmap/segment/mask_folder.hpp"
+#include "stillmap/segment/semantic_detector.hpp"
 #include "stillmap/segment/yolo_detector.hpp"
 
 #include <filesystem>
@@ -25,6 +26,13 @@ void warn_of_unused(const SegmentOptions& options) {
   check("network.backend", options.backend, defaults.backend);
 }
 
+std::unique_ptr<Detector> make_network_detector(const SegmentOptions& options) {
+  Network network(options);
+  if (SemanticDetector::fits(network))
+    return std::make_unique<SemanticDetector>(std::move(network));
+  return std::make_unique<YoloDetector>(std::move(network));
+}
+
 }  // namespace
 
 std::unique_ptr<Detector> make_detector(const std::string& text) {
@@ -35,7 +43,7 @@ std::unique_ptr<Detector> make_detector(const std::string& text) {
     options.masks = text;
   } else {
     throw Error("'" + text + "' is neither a network nor a folder", "make_detector",
-                "name a YOLOv7, YOLOv8 or YOLO11 network (FILE.onnx), or a folder of masks");
+                "name a YOLO or DeepLabV3 network (FILE.onnx), or a folder of masks");
   }
   return make_detector(options);
 }
@@ -45,7 +53,7 @@ std::unique_ptr<Detector> make_detector(const SegmentOptions& options) {
     throw Error("both a network and a folder of masks are given", "network.model, network.masks",
                 "give one of them");
   }
-  if (!options.model.empty()) return std::make_unique<YoloDetector>(options);
+  if (!options.model.empty()) return make_network_detector(options);
   warn_of_unused(options);
   if (!options.masks.empty()) return std::make_unique<MaskFolder>(options.masks);
   return nullptr;

@@ -50,6 +50,26 @@ TEST(ClassNames, OfCocoMayBeWrittenOtherwise) {
   EXPECT_EQ(coco_class_name("Hook"), "Hook");
 }
 
+// A network of YOLOX's layout for 64 x 32 pixels, 42 cells. One cell has a box whose objectness is
+// the mean of the blue channel divided by 255: it is 1 if the input is BGR from 0 to 255.
+TEST(YoloXNetwork, GetsItsImageInItsOwnFormat) {
+  const fs::path file = test::own_path("yolox.onnx");
+  constexpr std::size_t kRow = 7, kAnchor = 32 + 6;  // column 2, row 1 of stride 16
+  std::vector<float> weights(42 * kRow * 3, 0.0F);
+  weights[(kAnchor * kRow + 4) * 3] = 1.0F / 255;
+  weights[(kAnchor * kRow + 5) * 3] = 1.0F / 255;
+  const std::string names = "{0: 'person', 1: 'cat'}";
+  write_file(file, test::mean_model({1, 3, 32, 64}, 42, kRow, weights, {{"names", names}}));
+  RgbdFrame frame;
+  frame.color = cv::Mat(64, 128, CV_8UC3, cv::Scalar(255, 0, 0));
+  const auto found = make_detector(options_for(file))->detect(frame);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].class_name, "person");
+  EXPECT_FLOAT_EQ(found[0].confidence, 1);
+  EXPECT_EQ(found[0].box, cv::Rect(48, 16, 32, 32));  // (32, 16) +- 8 pixels, at half size
+  fs::remove(file);
+}
+
 // Invalid files.
 
 struct WrongNetwork : testing::TestWithParam<std::string> {
@@ -272,6 +292,15 @@ INSTANTIATE_TEST_SUITE_P(
       return fs::path(std::get<0>(test.param)).stem().string().substr(0, 7).append("_") +
              std::get<1>(test.param) + "_" + std::to_string(test.index);
     });
+
+TEST(PermissiveNetworks, FindPersonsAndTheBus) {
+  for (const char* name : {"deeplab_v3_1_default_1.onnx", "yolox_nano_416x416.onnx"}) {
+    const fs::path model = shared() / "models/permissive" / name;
+    if (!fs::exists(model)) GTEST_SKIP() << "no " << model;
+    const auto found = make_detector(options_for(model))->detect(image_frame("bus.jpg"));
+    EXPECT_THAT(classes_in(found), testing::IsSupersetOf({"bus", "person"})) << name;
+  }
+}
 
 TEST(NetworkFile, TruncationIsAnErrorAndNoCrash) {
   const fs::path model = shared() / "models/yolo11n-seg_256x320.onnx";

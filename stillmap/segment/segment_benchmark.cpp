@@ -95,7 +95,7 @@ std::vector<std::vector<Sample>> read_runs(std::size_t per_sequence, std::size_t
   for (const auto& entry : fs::directory_iterator(bench)) sequences.push_back(entry.path());
   std::sort(sequences.begin(), sequences.end());
   for (const auto& sequence : sequences) {
-    if (sequence.filename().string().find("walking") == std::string::npos) continue;
+    if (!fs::is_directory(sequence / "mask")) continue;
     const auto files = files_in(sequence / "rgb", ".png");
     if (files.size() < per_sequence * length) continue;
     for (std::size_t r = 0; r < per_sequence; ++r) {

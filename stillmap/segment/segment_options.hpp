@@ -8,7 +8,7 @@ namespace stillmap {
 /// Source of instances and parameters of the network. At most one of `model` and `masks` may be
 /// set; without both there is no detector.
 struct SegmentOptions {
-  std::string model;  ///< YOLOv7, YOLOv8 or YOLO11 network for detection or segmentation (.onnx).
+  std::string model;  ///< YOLO network for detection or segmentation, or DeepLabV3 (.onnx).
   std::string masks;  ///< Folder with one 8-bit PNG per frame.
   /// Inference library: auto, openvino, onnxruntime or opencv; auto uses the fastest installed one.
   std::string backend = "auto";

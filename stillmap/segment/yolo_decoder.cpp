@@ -164,7 +164,8 @@ cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const S
   std::string list;
   for (const auto& shape : shapes) list += fmt::format(" [{}]", fmt::join(shape, ", "));
   throw Error(
-      "the outputs are not those of a YOLOv7, YOLOv8 or YOLO11 detect or segment network:" + list,
+      "the outputs are not those of a YOLOv7, YOLOv8, YOLO11 or YOLOX network, nor of DeepLabV3:" +
+          list,
       where, export_advice());
 }
 
@@ -260,12 +261,28 @@ bool is_end_to_end(const std::vector<std::int64_t>& boxes, int coefficients, cv:
          boxes[1] != 3 * cells;
 }
 
-/// Without a class list: three anchors per cell have an objectness, one anchor per cell has none.
+/// Without a class list: three anchors per cell have an objectness; one has it in YOLOX alone,
+/// which is recognized by COCO's classes.
 bool looks_like_objectness(const std::vector<std::int64_t>& boxes, cv::Size input) {
   constexpr std::int64_t kCocoWithObjectness = 85;
   if (boxes[1] < boxes[2]) return false;  // only YOLOv8 and later have the attributes first
-  if (input.empty()) return boxes[2] == kCocoWithObjectness;
-  return boxes[1] == 3 * cells_of(input);
+  const bool coco = boxes[2] == kCocoWithObjectness;
+  if (input.empty()) return coco;
+  return boxes[1] == 3 * cells_of(input) || (boxes[1] == cells_of(input) && coco);
+}
+
+/// Returns the cells of the grids, row by row, by increasing stride.
+std::vector<GridCell> grid_cells(cv::Size input) {
+  std::vector<GridCell> cells;
+  for (const StockAnchors& stock : kStockAnchors) {
+    for (int y = 0; y < input.height / stock.stride; ++y) {
+      for (int x = 0; x < input.width / stock.stride; ++x) {
+        cells.push_back(
+            {static_cast<float>(x), static_cast<float>(y), static_cast<float>(stock.stride)});
+      }
+    }
+  }
+  return cells;
 }
 
 /// A box in the format of the network.
@@ -278,6 +295,12 @@ void add_candidate(const CenteredBox& b, float confidence, int class_id, std::si
                    std::vector<Candidate>& candidates) {
   if (!std::isfinite(b.x + b.y + b.w + b.h) || b.w <= 0 || b.h <= 0) return;
   candidates.push_back({{b.x - b.w / 2, b.y - b.h / 2, b.w, b.h}, confidence, class_id, anchor});
+}
+
+/// Decodes a box of YOLOX (Ge, Liu, Wang, Li and Sun, YOLOX, 2021).
+CenteredBox box_in_pixels(const CenteredBox& b, const GridCell& cell) {
+  return {(b.x + cell.column) * cell.stride, (b.y + cell.row) * cell.stride,
+          std::exp(b.w) * cell.stride, std::exp(b.h) * cell.stride};
 }
 
 float logistic(float t) { return 1 / (1 + std::exp(-t)); }
@@ -385,7 +408,18 @@ YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_sh
                   shape.mask_coefficients;
   shape.anchors = static_cast<std::size_t>(shape.attributes_first ? boxes[2] : boxes[1]);
   if (shape.classes < 1) throw_wrong_outputs(output_shapes, where);
+  const bool yolox =
+      shape.objectness && !shape.attributes_first && !input.empty() && boxes[1] == cells_of(input);
+  if (yolox) shape.cells = grid_cells(input);
   return shape;
+}
+
+void leave_decoded(const TensorView& boxes, cv::Size input, YoloShape& shape) {
+  float largest = 0;
+  for (std::size_t i = 0; i < shape.anchors; ++i) {
+    largest = std::max({largest, attribute(boxes, shape, i, 0), attribute(boxes, shape, i, 1)});
+  }
+  if (largest > static_cast<float>(std::min(input.width, input.height)) / 2) shape.cells.clear();
 }
 
 std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape& shape,
@@ -397,9 +431,10 @@ std::vector<Candidate> read_candidates(const TensorView& boxes, const YoloShape&
     const float confidence =
         shape.objectness ? best.score[i] * attribute(boxes, shape, i, 4) : best.score[i];
     if (!(confidence >= min_confidence)) continue;  // also for NaN
-    const float x = attribute(boxes, shape, i, 0), y = attribute(boxes, shape, i, 1);
-    const float w = attribute(boxes, shape, i, 2), h = attribute(boxes, shape, i, 3);
-    add_candidate({x, y, w, h}, confidence, best.id[i], i, candidates);
+    CenteredBox box{attribute(boxes, shape, i, 0), attribute(boxes, shape, i, 1),
+                    attribute(boxes, shape, i, 2), attribute(boxes, shape, i, 3)};
+    if (!shape.cells.empty()) box = box_in_pixels(box, shape.cells[i]);
+    add_candidate(box, confidence, best.id[i], i, candidates);
   }
   return candidates;
 }

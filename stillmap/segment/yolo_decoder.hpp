@@ -36,12 +36,17 @@ struct RawHead {
   std::array<cv::Size2f, 3> sizes;  ///< Sizes of the anchor boxes in the input [pixels].
 };
 
+/// A cell of the grids of a YOLOX network.
+struct GridCell {
+  float column = 0, row = 0, stride = 0;  ///< Position in its grid; side of the cell [pixels].
+};
+
 /// Layout of the outputs of a YOLO network, determined once from their shapes and the class list.
 struct YoloShape {
   int classes = 0;
   /// Number of mask coefficients: 32 in standard networks, 0 for detection networks.
   int mask_coefficients = 0;
-  /// YOLOv5 and YOLOv7: the box is followed by the objectness, by which the class scores are
+  /// YOLOv5, YOLOv7 and YOLOX: the box is followed by the objectness, by which the class scores are
   /// multiplied. YOLOv8 and YOLO11 have none.
   bool objectness = false;
   /// End-to-end networks, without non-maximum suppression: each row is a final detection [x1, y1,
@@ -49,6 +54,9 @@ struct YoloShape {
   bool end_to_end = false;
   /// By increasing stride; empty if the network decodes its boxes itself.
   std::vector<RawHead> raw_heads;
+  /// YOLOX, one per anchor: centers are relative to the cell, sizes logarithms, both in strides;
+  /// see leave_decoded(). Empty for other networks.
+  std::vector<GridCell> cells;
   std::size_t anchors = 0;       ///< Number of anchors of the boxes output; 0 with raw heads.
   bool attributes_first = true;  ///< Order [1, attributes, anchors], else [1, anchors, attributes].
   std::size_t boxes_output = 0, prototypes_output = 1;  ///< Indices of the outputs.
@@ -62,6 +70,7 @@ struct YoloShape {
 /// - YOLOv7 (and v5) exported with its grid: the same with the objectness after the box,
 ///   5 + classes + coefficients per anchor, normally [1, anchors, 85]; additional raw heads are
 ///   ignored;
+/// - YOLOX: one output [1, anchors, 5 + classes] with one anchor per cell of the input's grids;
 /// - YOLOv7 exported without its grid: three outputs [1, 3, height, width, 5 + classes], logits,
 ///   decoded with the standard anchor boxes (cfg/training/yolov7.yaml). Networks with other
 ///   anchors, such as YOLOv7-tiny, must be exported with their grid;
@@ -71,12 +80,17 @@ struct YoloShape {
 ///
 /// @param class_count  from the metadata; 0 if unknown: then the shorter axis contains the
 /// attributes, and there is an objectness if there are three anchors per cell of the input's grids
-/// (strides 8, 16 and 32) or, with an empty `input`, if an anchor has 85 consecutive attributes
+/// (strides 8, 16 and 32), one per cell and 85 attributes (YOLOX), or, with an empty `input`, if an
+/// anchor has 85 consecutive attributes
 /// @param input        size of the network's input [pixels]; needed for raw heads and end-to-end
 /// networks; the latter also need the class count
 /// Throws Error (naming `where`) for other shapes.
 YoloShape recognize_yolo(const std::vector<std::vector<std::int64_t>>& output_shapes,
                          int class_count, const std::string& where, cv::Size input = {});
+
+/// Clears `shape.cells` if the boxes of a YOLOX network are in pixels already (an export with
+/// --decode_in_inference): the centers then spread over the input.
+void leave_decoded(const TensorView& boxes, cv::Size input, YoloShape& shape);
 
 /// Thresholds of the decoder.
 struct DecodeOptions {

@@ -236,13 +236,56 @@ TEST(RecognizeYolo, RecognizesObjectnessByTheClassCount) {
   EXPECT_FALSE(recognize_yolo({{1, 85, 8400}}, 81, "x").objectness);
 }
 
-TEST(RecognizeYolo, WithoutAClassListThreeAnchorsPerCellImplyObjectness) {
+TEST(RecognizeYolo, WithoutAClassListTheAnchorsPerCellImplyObjectness) {
   const cv::Size input(320, 256);  // 40 * 32 + 20 * 16 + 10 * 8 = 1680 cells
   EXPECT_TRUE(recognize_yolo({{1, 5040, 85}}, 0, "x", input).objectness);
   EXPECT_EQ(recognize_yolo({{1, 5040, 25}}, 0, "x", input).classes, 20);
-  EXPECT_FALSE(recognize_yolo({{1, 1680, 85}}, 0, "x", input).objectness);
+  EXPECT_TRUE(recognize_yolo({{1, 1680, 85}}, 0, "x", input).objectness);  // YOLOX
+  EXPECT_FALSE(recognize_yolo({{1, 1680, 84}}, 0, "x", input).objectness);
   EXPECT_FALSE(recognize_yolo({{1, 85, 1680}}, 0, "x", input).objectness);
   EXPECT_TRUE(recognize_yolo({{1, 25200, 85}}, 0, "x").objectness);
+}
+
+// YOLOX.
+
+struct YoloX : testing::Test {
+  cv::Size input{64, 32};  // 8 * 4 + 4 * 2 + 2 * 1 = 42 cells
+  YoloShape shape = recognize_yolo({{1, 42, 8}}, 3, "x", input);
+  std::vector<float> values = std::vector<float>(42 * 8, 0.0F);
+
+  void propose(std::size_t anchor, std::array<float, 4> box, float objectness, float person) {
+    std::copy(box.begin(), box.end(), values.begin() + static_cast<std::ptrdiff_t>(anchor * 8));
+    values[anchor * 8 + 4] = objectness;
+    values[anchor * 8 + 5] = person;
+  }
+  std::vector<Candidate> candidates() const {
+    return read_candidates({{1, 42, 8}, values}, shape, 0.25F);
+  }
+};
+
+TEST_F(YoloX, CentersAreRelativeToTheCellAndSizesAreLogarithms) {
+  propose(32 + 6, {0.5F, 0.25F, std::log(1.5F), std::log(2.0F)}, 0.8F, 0.5F);  // stride 16: (2, 1)
+  propose(0, {0, 0, 0, 0}, 0.4F, 0.5F);  // the product of both scores is too low
+  const auto found = candidates();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_FLOAT_EQ(found[0].confidence, 0.4F);
+  EXPECT_FLOAT_EQ(found[0].box.x + found[0].box.width / 2, 2.5F * 16);
+  EXPECT_FLOAT_EQ(found[0].box.y + found[0].box.height / 2, 1.25F * 16);
+  EXPECT_FLOAT_EQ(found[0].box.width, 24);
+  EXPECT_FLOAT_EQ(found[0].box.height, 32);
+}
+
+TEST_F(YoloX, BoxesOfAnExportThatDecodesThemStayAsTheyAre) {
+  propose(41, {48, 16, 20, 10}, 1, 1);
+  EXPECT_NEAR(candidates()[0].box.width, std::exp(20.0F) * 32, 1e6);  // not yet known
+  leave_decoded({{1, 42, 8}, values}, input, shape);
+  EXPECT_EQ(candidates()[0].box, cv::Rect2f(38, 11, 20, 10));
+}
+
+TEST_F(YoloX, CentersWithinACellAreNotDecodedOnes) {
+  propose(41, {3.7F, 3.6F, 0, 0}, 1, 1);
+  leave_decoded({{1, 42, 8}, values}, input, shape);
+  EXPECT_EQ(shape.cells.size(), 42U);
 }
 
 TEST(RecognizeYolo, RecognizesRawHeadsInAnyOrder) {
