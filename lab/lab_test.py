@@ -8,7 +8,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from lab import zones
+from lab import surface, zones
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -450,6 +450,45 @@ class Zones(unittest.TestCase):
     def test_a_course_announces_a_distance(self):
         result = self.judged(("course", "camera", 7, 19.0, 19.8), ("near", "camera", 7, 20.0, 22.0))
         self.assertEqual((result["found"], result["right"], result["latency_median_frames"]), (1, 2, 0))
+
+
+class Surface(unittest.TestCase):
+    """Measures of maps as surfaces."""
+
+    @unittest.skipIf(surface.np, "nothing is missing")
+    def test_a_missing_library_is_named_with_its_installation(self):
+        done = call_lab("surface", "gone", "--out", "gone")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"(numpy|open3d) is missing: python3 -m venv .* install open3d scikit-image")
+
+    @unittest.skipUnless(surface.np, "skipped: open3d is missing")
+    def test_poses_are_interpolated_but_not_over_gaps(self):
+        poses = surface.np.array([[1.0, 0, 0, 0, 0, 0, 0, 1], [1.1, 2, 0, 0, 0, 0, 0.7071068, 0.7071068],
+                                  [2.0, 4, 0, 0, 0, 0, 0, 1]])
+        between = surface.pose_at(poses, 1.05)
+        self.assertAlmostEqual(between[0, 3], 1)
+        self.assertAlmostEqual(between[0, 0], 0.7071068, 5)  # 45 degrees
+        self.assertEqual(surface.pose_at(poses, 2.0)[0, 3], 4)
+        self.assertIsNone(surface.pose_at(poses, 1.5))
+        self.assertIsNone(surface.pose_at(poses, 0.9))
+
+    @unittest.skipUnless(surface.np, "skipped: open3d is missing")
+    def test_a_plane_is_as_thick_as_its_points_scatter(self):
+        np = surface.np
+        random = np.random.default_rng(1)
+        wall = np.stack([random.uniform(0, 2, 20000), random.uniform(0, 2, 20000), random.uniform(-0.01, 0.01, 20000)], 1)
+        wall[:, 2] += 0.02 * wall[:, 0]  # a bend of the map is no thickness
+        self.assertAlmostEqual(surface.thickness(wall, [np.array([0, 0, 1.0, 0])]), 18, delta=1)
+        self.assertIsNone(surface.thickness(wall, [np.array([0, 0, 1.0, 5])]))
+
+    @unittest.skipUnless(surface.np, "skipped: open3d is missing")
+    def test_exposure_is_no_difference_of_images_but_blur_is(self):
+        np = surface.np
+        image = np.random.default_rng(1).uniform(0.2, 0.6, (40, 40, 3)).astype(np.float32)
+        everywhere = np.ones((40, 40), bool)
+        self.assertLess(surface.compared(1.3 * image, image, everywhere)[0], 1e-9)
+        blurred = (image + np.roll(image, 1, 0) + np.roll(image, 1, 1)) / 3
+        self.assertLess(surface.compared(blurred, image, everywhere)[1], 0.8)
 
 
 if __name__ == "__main__":

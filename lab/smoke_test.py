@@ -104,6 +104,21 @@ class Smoke(unittest.TestCase):
         printed = self.program("brief-pattern", "--images", "1", "--candidates", "500", "--tests", "8")
         self.assertEqual(len([line for line in printed.splitlines() if line.startswith("{")]), 8)
 
+    def test_masks_without_a_network(self):
+        done = subprocess.run([STILLMAP_LAB, "masks", self.sequence, self.folder / "masks", "--model", "gone.onnx"],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("gone.onnx", done.stderr)
+
+    def test_surface(self):
+        python = ROOT / "build/surface_venv/bin/python"
+        if not python.exists():
+            self.skipTest("skipped: there is no build/surface_venv with Open3D")
+        self.output_of(python, "-m", "unittest", "lab.lab_test.Surface")
+        printed = self.output_of(python, "-m", "lab", "surface", self.sequence, "--out", self.folder / "surface", "--program",
+                                 STILLMAP, "--lab-program", STILLMAP_LAB)
+        self.assertEqual(len(re.findall(r"(?m)^\| office \| (?:Stillmap|Open3D) .* \| \d+ \| \d+ \| \d+\.\d, ", printed)), 4)
+
     def test_starts(self):
         out = self.folder / "starts"
         printed = self.module("starts", self.sequences, "--presets", "static", "--starts", "2", "--out", out,

@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
       "and the programs that made the data in the library. See lab/README.md.");
   app.require_subcommand(1);
   add_kidnap_command(app);
+  add_masks_command(app);
   add_occlusion_command(app);
   add_loop_cost_command(app);
   add_loop_precision_command(app);
