@@ -176,9 +176,9 @@ InferenceInfo Network::inference() const {
 
 std::string Network::description(const std::string& kind, std::size_t classes) const {
   const cv::Size size = input_size();
-  std::string text = fmt::format("{} ({}, {}), {} x {}, {}",
-                                 std::filesystem::path(options_.model).filename().string(), kind,
-                                 counted(classes, "class"), size.width, size.height, engine_.engine->name().text());
+  std::string text = fmt::format(
+      "{} ({}, {}), {} x {}, {}", std::filesystem::path(options_.model).filename().string(), kind,
+      counted(classes, "class"), size.width, size.height, engine_.engine->name().text());
   if (engine_.device == "cpu") text += ", " + counted(options_.threads, "thread");
   return engine_.reason.empty() ? text : text + "; faster devices: " + engine_.reason;
 }
