@@ -217,7 +217,7 @@ PoseUpdate push_frame(PythonSlam& slam, const Frame& frame, const py::object& ma
 
 void set_mode(PythonSlam& slam, const std::string& mode) {
   if (mode != "map" && mode != "localize") {
-    throw Error("there is no mode '" + mode + "'", "set_mode", "give \"map\" or \"localize\"");
+    throw Error("there is no mode '" + mode + "'", "set_mode", R"(give "map" or "localize")");
   }
   const py::gil_scoped_release release;
   slam.set_mode(mode == "map" ? Mode::kMap : Mode::kLocalize);

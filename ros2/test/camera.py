@@ -70,7 +70,7 @@ class Camera:
     def wait(self):
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
-            if all(p.get_subscription_count() for p in (self.color, self.depth)):
+            if all(p.get_subscription_count() for p in (self.color, self.depth, self.info)):
                 return time.sleep(0.5)
             time.sleep(0.05)
         raise SystemExit("nobody subscribes")

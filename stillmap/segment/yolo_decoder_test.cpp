@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -264,7 +265,8 @@ struct YoloX : testing::Test {
 };
 
 TEST_F(YoloX, CentersAreRelativeToTheCellAndSizesAreLogarithms) {
-  propose(32 + 6, {0.5F, 0.25F, std::log(1.5F), std::log(2.0F)}, 0.8F, 0.5F);  // stride 16: (2, 1)
+  propose(32 + 6, {0.5F, 0.25F, std::log(1.5F), std::numbers::ln2_v<float>}, 0.8F,
+          0.5F);                         // stride 16: (2, 1)
   propose(0, {0, 0, 0, 0}, 0.4F, 0.5F);  // the product of both scores is too low
   const auto found = candidates();
   ASSERT_EQ(found.size(), 1U);
