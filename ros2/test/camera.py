@@ -68,9 +68,11 @@ class Camera:
         self.clock = self.node.create_publisher(Clock, "/clock", 10)
 
     def wait(self):
+        """Waits for the node, which asks for camera_info reliably and needs it of its first camera only."""
+        awaited = [self.color, self.depth] + ([] if self.arguments.best_effort else [self.info])
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
-            if all(p.get_subscription_count() for p in (self.color, self.depth, self.info)):
+            if all(p.get_subscription_count() for p in awaited):
                 return time.sleep(0.5)
             time.sleep(0.05)
         raise SystemExit("nobody subscribes")
