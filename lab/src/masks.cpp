@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes the masks of people that a network finds in every frame of a recording, for programs that
-// need masks beside ours: one PNG per frame, named by its time stamp, 255 on people. They fit the
+// Writes the masks of people that a network finds in every frame of a recording, for other
+// programs: one PNG per frame, named by its time stamp, 255 on people, in the pixels of the
 // rectified frames.
 #include "stillmap/segment/detector.hpp"
+#include "stillmap/segment/dynamic_mask.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/make_source.hpp"
 
@@ -19,18 +20,6 @@ struct MasksArguments {
   SourceOptions options;
 };
 
-cv::Mat1b mask_of_people(const std::vector<Instance>& instances, cv::Size size) {
-  cv::Mat1b mask = cv::Mat1b::zeros(size);
-  for (const Instance& instance : instances) {
-    if (instance.class_name != "person") continue;
-    if (instance.mask.empty())
-      mask(instance.box).setTo(255);
-    else
-      mask(instance.box).setTo(255, instance.mask);
-  }
-  return mask;
-}
-
 void write_masks(const MasksArguments& arguments) {
   const auto source = make_source(arguments.source, arguments.options);
   const auto detector = make_detector(arguments.model);
@@ -38,7 +27,8 @@ void write_masks(const MasksArguments& arguments) {
   std::size_t frames = 0;
   for (auto frame = source->next(); frame; frame = source->next(), ++frames) {
     write_png(std::filesystem::path(arguments.out) / fmt::format("{:.6f}.png", frame->timestamp),
-              mask_of_people(detector->detect(*frame), frame->gray.size()));
+              dynamic_mask({frame->index, frame->index, detector->detect(*frame)}, {"person"},
+                           frame->gray.size()));
   }
   fmt::print("{} masks\n", frames);
 }

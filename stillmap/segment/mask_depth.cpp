@@ -11,11 +11,6 @@ namespace {
 
 /// Side of the tiles with a median depth each [small pixels].
 constexpr int kTile = 8;
-/// Maximum depth difference of neighbors on one surface at kStepDepth [m]; tuned on people at 1 to
-/// 4 m, against true masks.
-constexpr float kDepthStep = 0.06F;
-/// Depth at which kDepthStep applies [m]; a Kinect's noise grows with z^2.
-constexpr float kStepDepth = 2;
 
 /// Returns the known depths of masked pixels in a square around a tile; every second pixel
 /// suffices.
@@ -126,7 +121,7 @@ void grow_on_surface(SmallMask& mask, const SmallFrame& frame, int rounds,
     next.clear();
     for (const int p : front) {
       const float z = depth[p];
-      const float tolerance = kDepthStep * std::max(1.0F, z * z / (kStepDepth * kStepDepth));
+      const float tolerance = surface_step(z);
       for (const int direction : around) {
         const int q = p + direction;
         if (closed[q] != 0 || std::abs(depth[q] - z) >= tolerance) continue;

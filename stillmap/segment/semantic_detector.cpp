@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/segment/mask_depth.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -76,9 +77,7 @@ cv::Mat1i label_pieces(const cv::Mat1b& mask, const cv::Mat1f& depth) {
   const int count = mask.size().area();
   int pieces = 0;
   const auto same_surface = [&](int p, int q) {
-    constexpr float kStep = 0.06F, kStepDepth = 2;  // as in grow_on_surface() [m]
-    return z[q] > 0 &&
-           std::abs(z[p] - z[q]) < kStep * std::max(1.0F, z[p] * z[p] / (kStepDepth * kStepDepth));
+    return z[q] > 0 && std::abs(z[p] - z[q]) < surface_step(z[p]);
   };
   for (int p = 0; p < count; ++p) {
     if (inside[p] == 0 || labels[p] >= 0 || z[p] <= 0) continue;
