@@ -26,7 +26,7 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from sensor_msgs.msg import PointCloud2  # noqa: E402
 from stillmap_ros import messages  # noqa: E402
 from stillmap_ros.node import latched  # noqa: E402
-from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_quaternion  # noqa: E402
+from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_pose  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
@@ -48,8 +48,7 @@ def recording(tmp_path_factory):
 def base_to_camera(recording):
     """T_base_camera of the first frame: the base is below the camera on the floor (z = 0 of the truth), and level."""
     stamp, *pose = np.loadtxt(recording / "groundtruth.txt")[0]
-    T_world_camera = np.eye(4)
-    T_world_camera[:3, :3], T_world_camera[:3, 3] = matrix_of_quaternion(*pose[3:]), pose[:3]
+    T_world_camera = matrix_of_pose(*pose)
     ahead = T_world_camera[:3, 2] * [1, 1, 0]
     x = ahead / np.linalg.norm(ahead)
     T_world_base = np.eye(4)
@@ -102,7 +101,7 @@ def processes(tmp_path):
 
 
 class Robot:
-    """The other programs of a robot: they publish its transforms, and receive what the node publishes."""
+    """The rest of a robot: publishes its transforms and receives the topics of the node."""
 
     def __init__(self):
         self.node = rclpy.create_node("robot")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node on ROS 2, with a camera in another process: what a robot and Nav2 get from it."""
+"""The node on ROS 2 with a camera in another process, and the messages that a robot and Nav2 receive."""
 import signal
 
 import numpy as np
@@ -8,16 +8,14 @@ from conftest import FRAMES, command, stop
 from nav_msgs.srv import GetMap, LoadMap
 from std_srvs.srv import SetBool, Trigger
 from stillmap_ros.images import nanoseconds
-from stillmap_ros.transforms import inverse, matrix_of, matrix_of_quaternion
+from stillmap_ros.transforms import inverse, matrix_of, matrix_of_pose
 
 LOCKSTEP = ("--rate", 0, "--clock")
 
 
-def matrix_of_pose(pose):
-    q, T = pose.orientation, np.eye(4)
-    T[:3, :3] = matrix_of_quaternion(q.x, q.y, q.z, q.w)
-    T[:3, 3] = pose.position.x, pose.position.y, pose.position.z
-    return T
+def matrix_of_message(pose):
+    p, q = pose.position, pose.orientation
+    return matrix_of_pose(p.x, p.y, p.z, q.x, q.y, q.z, q.w)
 
 
 def tracked(robot):
@@ -45,7 +43,7 @@ def test_nav2_gets_frames_odometry_covariances_and_a_grid(processes, robot, reco
     assert robot.spin_until(lambda: robot.count("pose") == FRAMES and robot.count("odom") == FRAMES, 5)
     # The chain of frames is complete at every image, and agrees with the pose.
     for message in robot.got["pose"][5:]:
-        time, T_map_base = nanoseconds(message.header.stamp), matrix_of_pose(message.pose.pose)
+        time, T_map_base = nanoseconds(message.header.stamp), matrix_of_message(message.pose.pose)
         chain = robot.tree.lookup("map", "base_link", time)
         assert chain is not None
         assert np.linalg.norm(chain[:3, 3] - T_map_base[:3, 3]) < 0.02
@@ -54,7 +52,7 @@ def test_nav2_gets_frames_odometry_covariances_and_a_grid(processes, robot, reco
         assert np.linalg.eigvalsh(covariance).min() > 0
         assert message.header.frame_id == "map"
     # The odometry moves on without jumps, and its twist is its motion.
-    odometry = [(nanoseconds(m.header.stamp) / 1e9, matrix_of_pose(m.pose.pose), m) for m in robot.got["odom"]]
+    odometry = [(nanoseconds(m.header.stamp) / 1e9, matrix_of_message(m.pose.pose), m) for m in robot.got["odom"]]
     for (before, a, _), (after, b, message) in zip(odometry, odometry[1:]):
         step = inverse(a) @ b
         assert np.linalg.norm(step[:3, 3]) < 0.05
@@ -64,17 +62,11 @@ def test_nav2_gets_frames_odometry_covariances_and_a_grid(processes, robot, reco
         assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
     # The way of the base agrees with the truth.
     truth = np.loadtxt(recording / "groundtruth.txt")
-    T_world_base = [matrix_of_truth(row) @ inverse(base_to_camera) for row in truth]
+    T_world_base = [matrix_of_pose(*row[1:]) @ inverse(base_to_camera) for row in truth]
     for message in robot.got["pose"][::10]:
         i = int(np.argmin(np.abs(truth[:, 0] - nanoseconds(message.header.stamp) / 1e9)))
         true = inverse(T_world_base[0]) @ T_world_base[i]
-        assert np.linalg.norm(matrix_of_pose(message.pose.pose)[:3, 3] - true[:3, 3]) < 0.03
-
-
-def matrix_of_truth(row):
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = matrix_of_quaternion(*row[4:]), row[1:4]
-    return T
+        assert np.linalg.norm(matrix_of_message(message.pose.pose)[:3, 3] - true[:3, 3]) < 0.03
 
 
 def test_the_grid_lies_on_the_floor_and_has_the_walls_but_not_the_people(processes, robot, recording, base_to_camera, tmp_path):
@@ -156,7 +148,7 @@ def test_a_camera_that_restarts_and_a_clock_that_is_set_back_lose_nothing(proces
     message = robot.got["pose"][-1]
     truth = np.loadtxt(recording / "groundtruth.txt")
     assert nanoseconds(message.header.stamp) / 1e9 < truth[0, 0], "the stamps are those of the images"
-    T_map_base = matrix_of_pose(message.pose.pose)
+    T_map_base = matrix_of_message(message.pose.pose)
     assert np.linalg.norm(T_map_base[:3, 3]) < 1.5
 
 
@@ -165,7 +157,7 @@ def test_a_node_that_starts_again_is_found_in_its_map(processes, robot, recordin
     map_file = tmp_path / "office.map"
     node = play(processes, robot, recording, map_file=map_file)
     robot.spin_until(lambda: False, 1.5)
-    first = matrix_of_pose(robot.got["pose"][0].pose.pose)
+    first = matrix_of_message(robot.got["pose"][0].pose.pose)
     stop(node, number)
     assert map_file.exists() == (number == signal.SIGINT)
     robot.forget()
@@ -177,12 +169,12 @@ def test_a_node_that_starts_again_is_found_in_its_map(processes, robot, recordin
     truth = np.loadtxt(recording / "groundtruth.txt")
     i = int(np.argmin(np.abs(truth[:, 0] - nanoseconds(found.header.stamp) / 1e9)))
     expected = first @ BASE(truth, 0, i)
-    assert np.linalg.norm(matrix_of_pose(found.pose.pose)[:3, 3] - expected[:3, 3]) < 0.25
+    assert np.linalg.norm(matrix_of_message(found.pose.pose)[:3, 3] - expected[:3, 3]) < 0.25
 
 
 def BASE(truth, a, b):
     """The motion of the camera between two frames; that of the base differs by less than the tolerance."""
-    return inverse(matrix_of_truth(truth[a])) @ matrix_of_truth(truth[b])
+    return inverse(matrix_of_pose(*truth[a][1:])) @ matrix_of_pose(*truth[b][1:])
 
 
 def test_services(processes, robot, recording, tmp_path):
@@ -208,7 +200,7 @@ def test_services(processes, robot, recording, tmp_path):
     robot.forget()
     assert robot.call(Trigger, "reset").success
     assert robot.spin_until(lambda: robot.count("pose") > 3, 20)
-    way = [np.linalg.norm(matrix_of_pose(m.pose.pose)[:3, 3]) for m in robot.got["pose"]]
+    way = [np.linalg.norm(matrix_of_message(m.pose.pose)[:3, 3]) for m in robot.got["pose"]]
     assert min(way) < 0.02, "the new map starts at the base"
 
 
@@ -217,7 +209,7 @@ def test_the_odometry_of_the_robot_is_corrected(processes, robot, recording, bas
     from stillmap_ros import messages
     from tf2_msgs.msg import TFMessage
     truth = np.loadtxt(recording / "groundtruth.txt")
-    T_world_base = [matrix_of_truth(row) @ inverse(base_to_camera) for row in truth]
+    T_world_base = [matrix_of_pose(*row[1:]) @ inverse(base_to_camera) for row in truth]
     node = processes.node(publish_odom=False, schedule="lockstep")
     assert robot.spin_until(lambda: robot.tf.get_subscription_count() > 1, 20), node.log.read_text()
     for i, row in enumerate(truth):

@@ -9,7 +9,7 @@ import numpy as np
 
 import stillmap
 from stillmap_ros.pairing import SET_BACK
-from stillmap_ros.transforms import adjoint, inverse, matrix_of_quaternion, rotation_vector
+from stillmap_ros.transforms import adjoint, inverse, rotation_of, rotation_vector
 
 LEAST_VARIANCE = 1e-6  # of a pose [m^2, rad^2]; the first frame of a map has none, and filters demand one
 BRIDGED = 0.2  # time without a motion from the camera over which the odometry keeps its velocity [s]
@@ -18,7 +18,7 @@ INTERVAL = 33 * 10**6  # time between the frames before and after the clock was 
 
 @dataclass
 class Located:
-    """The result of a frame. Covariances are those of ROS: x, y, z, and rotations about the fixed axes."""
+    """The result of a frame. Covariances as in ROS: x, y, z, and rotations about the fixed axes."""
     time: int  # of the image [ns]
     update: stillmap.PoseUpdate
     T_map_base: np.ndarray | None = None  # None while there is no pose
@@ -69,10 +69,8 @@ class Odometry:
 
 def moved(twist):
     """Returns the matrix of a small motion (v, w)."""
-    T, angle = np.eye(4), np.linalg.norm(twist[3:])
-    axis = twist[3:] / angle if angle > 1e-12 else twist[3:]
-    T[:3, :3] = matrix_of_quaternion(*(np.sin(angle / 2) * axis), np.cos(angle / 2))
-    T[:3, 3] = twist[:3]
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation_of(twist[3:]), twist[:3]
     return T
 
 
@@ -81,7 +79,7 @@ def journal_of(map_file):
 
 
 def frame_file_of(map_file):
-    """The file beside a map that has its frame: T_map_world."""
+    """Returns the file next to a map that contains T_map_world."""
     return Path(f"{map_file}.frame")
 
 
@@ -102,7 +100,7 @@ class Mapper:
         self.shift = 0  # added to the stamps since the clock was set back [ns]
 
     def keep_journal(self, map_file):
-        """Keeps the map beside its file while the node runs. One of a node that was killed is replaced."""
+        """Keeps a journal next to the file of the map while the node runs; that of a killed node is renamed."""
         journal = journal_of(map_file)
         if journal.exists():
             os.replace(journal, f"{journal}.old")

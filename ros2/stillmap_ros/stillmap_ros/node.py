@@ -33,7 +33,7 @@ from stillmap_ros import images, messages
 from stillmap_ros.grid import grid_of_cloud
 from stillmap_ros.mapper import Mapper, Odometry as VisualOdometry, journal_of
 from stillmap_ros.pairing import Pairing, Queue
-from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_quaternion, matrix_of_rpy
+from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_pose, matrix_of_rpy
 
 PARAMETERS = {
     "map_frame": "map", "odom_frame": "odom",
@@ -150,7 +150,7 @@ class StillmapNode(Node):
         self.options = self._options()
         self.mapper = None  # of the tracking thread; others keep a reference of their own
         self.newest = None  # newest Located
-        self.visual_odometry = VisualOdometry()  # goes on without a jump in the next map
+        self.visual_odometry = VisualOdometry()  # continues without a jump in the next map
         self.T_map_odom = np.eye(4)
         self.paused = False
         self.map_file = self.settings["map_file"]
@@ -172,7 +172,7 @@ class StillmapNode(Node):
         # Not the clock of a simulation, which may stand still.
         self.create_timer(1.0, self._publish_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    # What is set up
+    # Setup
 
     def _options(self):
         options = {"schedule.mode": self.settings["schedule"]}
@@ -243,7 +243,7 @@ class StillmapNode(Node):
                 command, done = self.commands.popleft()
                 try:
                     done.set_result(command())
-                except Exception as error:  # noqa: BLE001 - told to the caller of the service
+                except Exception as error:  # noqa: BLE001 - returned to the caller of the service
                     done.set_exception(error)
             if complete is not None and not self.paused:
                 self._track(complete)
@@ -287,7 +287,7 @@ class StillmapNode(Node):
         return self.mapper.push(rgb, depth, stamp, mask, T_base_camera)
 
     def _awaited(self, find, problem):
-        """Returns what find() does; while that is None, the problem is told, and in lockstep the frame waits."""
+        """Returns the result of find(). While it is None, reports the problem; in lockstep the frame waits for it."""
         while (found := find()) is None:
             self._tell(problem)
             if not self.lossless or self.stopping.wait(0.05):
@@ -387,7 +387,7 @@ class StillmapNode(Node):
         T, frame = mapper.T_map_world, self.settings["map_frame"]
         points = (snapshot.cloud.points @ T[:3, :3].T + T[:3, 3]).astype(np.float32)
         T_camera_base = inverse(mapper.T_base_camera)
-        poses = [(round(row[0] * 1e9), T @ matrix_of_row(row) @ T_camera_base) for row in snapshot.trajectory[::5]]
+        poses = [(round(row[0] * 1e9), T @ matrix_of_pose(*row[1:]) @ T_camera_base) for row in snapshot.trajectory[::5]]
         if self.path.get_subscription_count():
             self.path.publish(messages.path_of(poses, stamp, frame))
         if self.cloud.get_subscription_count():
@@ -519,13 +519,6 @@ class StillmapNode(Node):
         if self.map_file:
             self.mapper.save(self.map_file)
             journal_of(self.map_file).unlink(missing_ok=True)
-
-
-def matrix_of_row(row):
-    """Returns the matrix of a row of a trajectory: stamp, translation, quaternion."""
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = matrix_of_quaternion(*row[4:]), row[1:4]
-    return T
 
 
 def main():

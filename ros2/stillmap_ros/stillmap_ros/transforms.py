@@ -25,6 +25,12 @@ def matrix_of_quaternion(x, y, z, w):
                      [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
+def matrix_of_pose(x, y, z, *quaternion):
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = matrix_of_quaternion(*quaternion), (x, y, z)
+    return T
+
+
 def quaternion_of(R):
     """Returns x, y, z, w of a rotation, w >= 0: 4 times one component, the largest, times all of them, normalized."""
     (a, b, c), (d, e, f), (g, h, i) = R.tolist()
@@ -48,10 +54,7 @@ def matrix_of_rpy(x, y, z, roll, pitch, yaw):
 def matrix_of(transform):
     """Returns the matrix of a geometry_msgs/Transform."""
     t, q = transform.translation, transform.rotation
-    T = np.eye(4)
-    T[:3, :3] = matrix_of_quaternion(q.x, q.y, q.z, q.w)
-    T[:3, 3] = t.x, t.y, t.z
-    return T
+    return matrix_of_pose(t.x, t.y, t.z, q.x, q.y, q.z, q.w)
 
 
 def rotation_vector(R):
@@ -60,13 +63,17 @@ def rotation_vector(R):
     return np.array([x, y, z]) * (2 * np.arctan2(sine, w) / sine if sine > 1e-12 else 2)
 
 
+def rotation_of(vector):
+    """Returns the rotation matrix of a rotation vector."""
+    angle = np.linalg.norm(vector)
+    axis = vector / angle if angle > 1e-12 else vector
+    return matrix_of_quaternion(*(np.sin(angle / 2) * axis), np.cos(angle / 2))
+
+
 def interpolated(a, b, share):
-    """Returns the motion between two near ones, at a share of the way [0..1]."""
+    """Returns the transform at a share of the way [0..1] from one to another near it."""
     T = np.eye(4)
-    turn = share * rotation_vector(a[:3, :3].T @ b[:3, :3])
-    angle = np.linalg.norm(turn)
-    axis = turn / angle if angle > 1e-12 else turn
-    T[:3, :3] = a[:3, :3] @ matrix_of_quaternion(*(np.sin(angle / 2) * axis), np.cos(angle / 2))
+    T[:3, :3] = a[:3, :3] @ rotation_of(share * rotation_vector(a[:3, :3].T @ b[:3, :3]))
     T[:3, 3] = (1 - share) * a[:3, 3] + share * b[:3, 3]
     return T
 
