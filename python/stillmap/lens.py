@@ -2,7 +2,7 @@
 """Lenses of the SDKs of cameras and of ROS as the distortion of stillmap.Camera."""
 import numpy as np
 
-FIT_ERROR = 0.25  # Largest error of a fitted distortion [pixels], a fraction of that of a keypoint.
+FIT_ERROR = 0.25  # Largest error of a fitted distortion [pixels], well below the error of a keypoint.
 # Families of lenses by their names in librealsense, the SDK of Orbbec and ROS. librealsense's modified model has the
 # coefficients of Brown's model to first order.
 LENSES = {"none": "rational", "brown_conrady": "rational", "brown_conrady_k6": "rational",
