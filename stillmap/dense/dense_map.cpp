@@ -2,6 +2,7 @@
 #include "stillmap/dense/dense_map.hpp"
 
 #include "stillmap/dense/open_view.hpp"
+#include "stillmap/dense/view_colors.hpp"
 #include "stillmap/dense/view_fusion.hpp"
 
 #include <algorithm>
@@ -196,7 +197,15 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
       placed.cells.push_back(number);
     }
   }
+  placed.gains = color_gains(points_of(placed), placed.views);
   return placed;
+}
+
+std::vector<Eigen::Vector3f> points_of(const PlacedMap& placed) {
+  std::vector<Eigen::Vector3f> points;
+  points.reserve(placed.cells.size());
+  for (const std::uint32_t cell : placed.cells) points.push_back(placed.grid->mean(cell));
+  return points;
 }
 
 Cloud raw_cloud(const PlacedMap& placed) {
@@ -225,10 +234,8 @@ ComposedCloud cloud_of(const PlacedMap& placed) {
   result.keyframes_left_out = placed.keyframes_left_out;
   result.voxels_left_out = placed.voxels_left_out;
   result.voxels_removed = placed.voxels_removed;
-  result.cloud.reserve(placed.cells.size());
-  for (const std::uint32_t cell : placed.cells) {
-    result.cloud.add(placed.grid->mean(cell), placed.grid->color(cell));
-  }
+  result.cloud.points = points_of(placed);
+  result.cloud.colors = surface_colors(result.cloud.points, placed.views, placed.gains);
   result.semantics = make_semantic_map(*placed.grid, placed.views, placed.cells);
   return result;
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/map_mesh.hpp"
 
+#include "stillmap/dense/placed_view.hpp"
+#include "stillmap/dense/view_colors.hpp"
 #include "stillmap/dense/voxel_index.hpp"
 
 namespace stillmap {
-namespace {
 
-/// Returns 255 for each pixel of a view whose voxel is in the static map.
 cv::Mat1b static_pixels(const PosedView& placed, const StaticGrid& grid) {
   const DenseView& view = *placed.view;
   const Eigen::Matrix3d R = placed.T_world_camera.rotation();
@@ -26,17 +26,60 @@ cv::Mat1b static_pixels(const PosedView& placed, const StaticGrid& grid) {
   return pixels;
 }
 
+namespace {
+
+/// Returns the depth [m] at which the ray of a far pixel meets a far surface of the map within the
+/// noise of its depth; 0 if there is none.
+double far_depth(const PlacedView& placed, int row, int col, const StaticGrid& grid) {
+  constexpr double kReach = 3;  // standard deviations, as where the map was made
+  const double z = placed.depth(row, col);
+  const double reach = kReach * placed.view().camera.depth_sensor.sigma(z);
+  const int steps = 1 + static_cast<int>(2 * reach / grid.far_edge());
+  for (int i = 0; i <= 2 * steps; ++i) {
+    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;  // 0, 1, -1, 2 ...
+    const Eigen::Vector3d p =
+        placed.point(row, col) + 0.5 * step * grid.far_edge() * placed.ray(row, col);
+    const std::uint32_t cell = grid.far_cell_at(p);
+    if (cell != VoxelIndex::kNone && grid.is_static(cell))
+      return placed.in_camera(grid.mean(cell)).z();
+  }
+  return 0;
+}
+
+/// A view whose far pixels have the depths of the map, and the pixels with a surface of the map.
+struct MeshView {
+  DenseView view;
+  cv::Mat1b surface;
+};
+
+MeshView mesh_view(const PosedView& posed, const StaticGrid& grid) {
+  MeshView result{*posed.view, static_pixels(posed, grid)};
+  result.view.depth = posed.view->depth.clone();
+  const PlacedView placed(*posed.view, posed.T_world_camera);
+  for (int row = 0; row < result.surface.rows; ++row) {
+    for (int col = 0; col < result.surface.cols; ++col) {
+      if (posed.view->kind(row, col) != kFarSurface) continue;
+      const double z = far_depth(placed, row, col, grid);
+      if (z <= 0) continue;
+      result.view.depth(row, col) = packed_depth(static_cast<float>(z));
+      result.surface(row, col) = 255;
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options) {
   TsdfVolume volume(options);
-  for (std::size_t i = 0; i < placed.views.size(); ++i) {
-    const PosedView& view = placed.views[i];
-    volume.integrate(*view.view, view.T_world_camera, static_pixels(view, *placed.grid),
-                     placed.grid->gains()[i]);
-    view.view->drop_pages();
+  for (const PosedView& posed : placed.views) {
+    const auto [view, surface] = mesh_view(posed, *placed.grid);
+    volume.integrate(view, posed.T_world_camera, surface);
+    posed.view->drop_pages();
   }
-  return volume.mesh();
+  TriangleMesh mesh = volume.mesh();
+  mesh.colors = surface_colors(mesh.vertices, placed.views, placed.gains);
+  return mesh;
 }
 
 }  // namespace stillmap

@@ -6,8 +6,11 @@
 
 namespace stillmap {
 
+/// Returns 255 for each pixel of a view whose voxel is in the static map.
+cv::Mat1b static_pixels(const PosedView& placed, const StaticGrid& grid);
+
 /// Returns the mesh of a placed map from the surfaces of its views that the grid holds as static,
-/// with the grid's color gains.
+/// far surfaces included, with the colors of the views.
 TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options = {});
 
 }  // namespace stillmap

@@ -334,6 +334,15 @@ std::uint32_t StaticGrid::far_cell(const PlacedView& placed, int row, int col,
   return is_far(cell) ? cell : kNone;
 }
 
+double StaticGrid::far_edge() const { return kFarStep * edge_; }
+
+std::uint32_t StaticGrid::far_cell_at(const Eigen::Vector3d& p_world) const {
+  const auto voxel = voxel_at(p_world, far_edge());
+  const std::uint32_t cell =
+      voxel ? index_.find(voxel_of(kFarStep * lattice_of(*voxel))) : VoxelIndex::kNone;
+  return cell != kNone && is_far(cell) ? cell : kNone;
+}
+
 void StaticGrid::fill_far() {
   const TraceScope scope("far surfaces");
   first_far_ = static_cast<std::uint32_t>(index_.size());

@@ -85,6 +85,9 @@ class StaticGrid {
   bool is_static(std::uint32_t number) const { return is_static(cells_[number]); }
   /// Returns whether a voxel consists of far pixels only.
   bool is_far(std::uint32_t number) const { return number >= first_far_; }
+  /// Side of the cells of far surfaces [m], and the one at a point (world frame), or kNone.
+  double far_edge() const;
+  std::uint32_t far_cell_at(const Eigen::Vector3d& p_world) const;
   /// Returns whether a second view has a surface in a voxel, or in its neighborhood of two voxels,
   /// if the first one has a mover next to it.
   bool is_confirmed(std::uint32_t number) const;

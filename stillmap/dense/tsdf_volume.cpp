@@ -10,8 +10,9 @@
 namespace stillmap {
 namespace {
 
-/// Minimum weight of a voxel of the mesh; a view from a distance of z meters weighs 1 / z^4.
-constexpr double kMinWeight = 0.01;
+/// Minimum weight of a voxel of the mesh; a view from a distance of z meters weighs 1 / z^4. The
+/// pixels were chosen before; this is for voxels that only few rays pass behind the surface.
+constexpr double kMinWeight = 1e-4;
 /// Connected parts of the mesh with fewer triangles are left out.
 constexpr std::size_t kMinTriangles = 200;
 
@@ -31,17 +32,12 @@ Lattice block_of(const Lattice& voxel) {
   return {block_of(voxel.x()), block_of(voxel.y()), block_of(voxel.z())};
 }
 
-std::uint8_t mixed(std::uint8_t old, float now, float share) {
-  const float value = static_cast<float>(old) + share * (now - static_cast<float>(old));
-  return static_cast<std::uint8_t>(std::clamp(value + 0.5F, 0.0F, 255.0F));
-}
-
 }  // namespace
 
 TsdfVolume::TsdfVolume(const MeshOptions& options) : options_(options) {}
 
 void TsdfVolume::integrate(const DenseView& view, const Pose& T_world_camera,
-                           const cv::Mat1b& surface, const Eigen::Vector3f& gain) {
+                           const cv::Mat1b& surface) {
   allocate(view, T_world_camera, surface);
   const Pose T_camera_world = T_world_camera.inverse();
   const double side = options_.voxel * kSide, radius = 0.87 * side;  // half a diagonal
@@ -52,7 +48,7 @@ void TsdfVolume::integrate(const DenseView& view, const Pose& T_world_camera,
     const Eigen::Vector2d pixel = camera.project(center);
     const double margin = -1.5 * radius * camera.fx / (center.z() - 0.9 * radius);
     if (!camera.contains(pixel.x(), pixel.y(), margin)) continue;
-    update(blocks_[i], corner_of(index_.voxel(i), side), view, T_camera_world, surface, gain);
+    update(blocks_[i], corner_of(index_.voxel(i), side), view, T_camera_world, surface);
   }
 }
 
@@ -76,8 +72,7 @@ void TsdfVolume::allocate(const DenseView& view, const Pose& T_world_camera,
 }
 
 void TsdfVolume::update(Block& block, const Eigen::Vector3d& corner, const DenseView& view,
-                        const Pose& T_camera_world, const cv::Mat1b& surface,
-                        const Eigen::Vector3f& gain) {
+                        const Pose& T_camera_world, const cv::Mat1b& surface) {
   const Camera& camera = view.camera;
   const DepthWeight weight(camera.depth_sensor);
   const Eigen::Matrix3f R = T_camera_world.rotation().cast<float>();
@@ -97,19 +92,14 @@ void TsdfVolume::update(Block& block, const Eigen::Vector3d& corner, const Dense
     if (col >= view.depth.cols || row >= view.depth.rows) continue;
     const float z = view.depth(row, col) * DenseView::kDepthUnit;
     if (z <= 0) continue;
-    const cv::Vec3b& bgr = view.color(row, col);
-    const Eigen::Vector3f color(gain[0] * static_cast<float>(bgr[2]),
-                                gain[1] * static_cast<float>(bgr[1]),
-                                gain[2] * static_cast<float>(bgr[0]));
     update_voxel(block[static_cast<std::size_t>(i)], z - p.z(), weight.at(z),
-                 surface(row, col) != 0, color);
+                 surface(row, col) != 0);
   }
 }
 
 // Updates a voxel that is `ahead` [m] in front of the depth measured on its ray, which has
 // `weight`.
-void TsdfVolume::update_voxel(Voxel8& voxel, float ahead, float weight, bool on_surface,
-                              const Eigen::Vector3f& color) const {
+void TsdfVolume::update_voxel(Voxel8& voxel, float ahead, float weight, bool on_surface) const {
   const auto truncation = static_cast<float>(options_.truncation);
   const bool free = ahead > truncation;
   if (ahead < -truncation || (!free && !on_surface)) return;
@@ -117,13 +107,6 @@ void TsdfVolume::update_voxel(Voxel8& voxel, float ahead, float weight, bool on_
   const float share = weight / (voxel.weight + weight);
   voxel.distance += share * (std::min(1.0F, ahead / truncation) - voxel.distance);
   voxel.weight = std::min(kMaxWeight, voxel.weight + weight);
-  if (free) return;
-  const float color_share = voxel.colored != 0 ? share : 1.0F;
-  for (int c = 0; c < 3; ++c) {
-    auto& channel = voxel.color[static_cast<std::size_t>(c)];
-    channel = mixed(channel, color[c], color_share);
-  }
-  voxel.colored = 1;
 }
 
 const TsdfVolume::Voxel8* TsdfVolume::at(const Lattice& voxel) const {
@@ -183,8 +166,8 @@ class SurfaceNets {
   }
 
   std::uint32_t add_vertex(const Lattice& voxel, const Cube& cube) {
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero(), color = Eigen::Vector3f::Zero();
-    float crossings = 0, colored = 0;
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    float crossings = 0;
     for (int a = 0; a < 8; ++a) {
       for (int axis = 0; axis < 3; ++axis) {
         const int b = a | 1 << axis;
@@ -198,23 +181,9 @@ class SurfaceNets {
         crossings += 1;
       }
     }
-    for (const auto* sample : cube) {
-      if (sample->colored == 0) continue;
-      const float weight = 1.001F - std::abs(sample->distance);  // the nearer to the surface
-      for (int c = 0; c < 3; ++c) {
-        color[c] += weight * static_cast<float>(sample->color[static_cast<std::size_t>(c)]);
-      }
-      colored += weight;
-    }
-    if (colored > 0) color /= colored;
     const auto edge = static_cast<float>(volume_.options_.voxel);
     mesh_.vertices.push_back(edge * (voxel.cast<float>() + sum / crossings));
-    Rgb rgb;
-    for (int c = 0; c < 3; ++c) {
-      rgb[static_cast<std::size_t>(c)] =
-          static_cast<std::uint8_t>(std::clamp(color[c] + 0.5F, 0.0F, 255.0F));
-    }
-    mesh_.colors.push_back(rgb);
+    mesh_.colors.push_back({});
     return static_cast<std::uint32_t>(mesh_.vertices.size() - 1);
   }
 

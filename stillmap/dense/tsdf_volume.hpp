@@ -33,13 +33,12 @@ class TsdfVolume {
   /// Adds a view.
   /// @param surface image of the view's size, not zero for pixels of a surface to be kept; other
   ///   pixels only give the free space in front of their depth
-  /// @param gain factors of the colors, R G B
-  void integrate(const DenseView& view, const Pose& T_world_camera, const cv::Mat1b& surface,
-                 const Eigen::Vector3f& gain = Eigen::Vector3f::Ones());
+  void integrate(const DenseView& view, const Pose& T_world_camera, const cv::Mat1b& surface);
 
   /// Returns the surface of distance zero by surface nets (Gibson, MERL TR-99-24, 1999): a vertex
   /// in every cube of eight voxels that it crosses, at the mean of its intersections with the
-  /// cube's edges, and a quadrangle of two triangles around every edge that it crosses.
+  /// cube's edges, and a quadrangle of two triangles around every edge that it crosses. It has no
+  /// colors.
   TriangleMesh mesh() const;
 
   static constexpr int kSide = 8;  ///< Side of a block [voxels].
@@ -48,16 +47,13 @@ class TsdfVolume {
   struct Voxel8 {
     float distance = 0;  // [truncation distances]
     float weight = 0;
-    std::array<std::uint8_t, 3> color = {};  // R G B
-    std::uint8_t colored = 0;
   };
   using Block = std::array<Voxel8, kSide * kSide * kSide>;
 
   void allocate(const DenseView& view, const Pose& T_world_camera, const cv::Mat1b& surface);
   void update(Block& block, const Eigen::Vector3d& corner, const DenseView& view,
-              const Pose& T_camera_world, const cv::Mat1b& surface, const Eigen::Vector3f& gain);
-  void update_voxel(Voxel8& voxel, float ahead, float weight, bool on_surface,
-                    const Eigen::Vector3f& color) const;
+              const Pose& T_camera_world, const cv::Mat1b& surface);
+  void update_voxel(Voxel8& voxel, float ahead, float weight, bool on_surface) const;
   const Voxel8* at(const Lattice& voxel) const;
 
   friend class SurfaceNets;

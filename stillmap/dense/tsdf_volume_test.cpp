@@ -131,5 +131,24 @@ TEST(MapMesh, HasNoGhostsAndUsesTheGivenPoses) {
   }
 }
 
+// A wall so far away that each depth alone is too uncertain.
+TEST(MapMesh, ContainsFarSurfaces) {
+  constexpr double kFar = 4.7;  // m
+  Camera camera = small_camera();
+  camera.depth_sensor = find_depth_sensor("kinect_v1");
+  std::mt19937 random(1);
+  std::normal_distribution<double> gauss(0, camera.depth_sensor.sigma(kFar));
+  DenseMap map(camera);
+  for (std::uint64_t i = 0; i < 8; ++i)
+    map.add(i, frame_of(camera, [&](int, int) { return kFar + gauss(random); }), {});
+  const PlacedMap placed = map.place([](std::uint64_t) { return std::optional(Pose()); });
+  const TriangleMesh mesh = make_mesh(placed);
+  ASSERT_GT(mesh.triangles.size(), 2000U);
+  double squares = 0;
+  for (const Eigen::Vector3f& p : mesh.vertices) squares += std::pow(p.z() - kFar, 2);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(mesh.vertices.size())),
+            0.6 * camera.depth_sensor.sigma(kFar));
+}
+
 }  // namespace
 }  // namespace stillmap
