@@ -5,15 +5,28 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/pipeline/map_description.hpp"
-#include "stillmap/report/result_folder.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/report/planner_files.hpp"
+#include "stillmap/report/run_folder.hpp"
+#include "stillmap/report/scene_export.hpp"
+#include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/make_source.hpp"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
+#include <optional>
+#include <vector>
 
+#include "command_tree.hpp"
 #include "commands.hpp"
 #include "output_file.hpp"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -23,7 +36,12 @@ namespace fs = std::filesystem;
 struct MapArguments {
   std::string file, json, out;
   bool force = false;
+  std::vector<std::string> formats;  // of other programs
+  std::string recording;             // of the images in full size; empty: that of the run
+  SourceOptions source;
 };
+
+const std::vector<std::string> kFormats{"colmap", "colmap-text", "nerfstudio", "las"};
 
 /// Returns the exit code for a map, and tells damage of its file.
 int code_for(const SavedMap& map) {
@@ -67,11 +85,7 @@ int slim(const MapArguments& arguments) {
   return code_for(saved);
 }
 
-int export_map(const MapArguments& arguments) {
-  const SavedMap saved = read_saved_map(arguments.file);
-  ResultFolder folder(
-      arguments.out.empty() ? fs::path(arguments.file).stem().string() + "_export" : arguments.out,
-      arguments.force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep);
+void write_map_files(const SavedMap& saved, ResultFolder& folder) {
   folder.write("landmarks.ply",
                [&](const fs::path& file) { write_ply(file, landmark_cloud(saved.map)); });
   folder.write_text("graph.json", json_text(map_graph(saved), 1) + "\n");
@@ -83,6 +97,160 @@ int export_map(const MapArguments& arguments) {
   }
   if (!saved.views.empty())
     folder.write("cloud.ply", [&](const fs::path& file) { write_ply(file, dense_cloud(saved)); });
+}
+
+/// Returns whether a view was made of an image.
+bool is_of(const DenseView& view, const cv::Mat& image) {
+  const int step = view.stride;
+  if ((image.cols + step - 1) / step != view.color.cols ||
+      (image.rows + step - 1) / step != view.color.rows)
+    return false;
+  for (int row = 0; row < view.color.rows; ++row) {
+    for (int col = 0; col < view.color.cols; ++col) {
+      if (view.color(row, col) != image.at<cv::Vec3b>(row * step, col * step)) return false;
+    }
+  }
+  return true;
+}
+
+/// Writes the images, masks and depths of the views of a placed map.
+class ImageWriter {
+ public:
+  ImageWriter(const PlacedMap& placed, bool with_depth, ResultFolder& folder)
+      : placed_(placed), with_depth_(with_depth), folder_(folder) {}
+
+  /// Writes the views as they are, on their coarser lattice.
+  PosedImages from_views() {
+    PosedImages written{placed_.views.front().view->camera, {}};
+    for (std::size_t i = 0; i < placed_.views.size(); ++i)
+      write(i, placed_.views[i].view->color, written);
+    return written;
+  }
+
+  /// Writes the images of a recording that the views were made of.
+  PosedImages from(FrameSource& source) {
+    PosedImages written{source.camera(), {}};
+    std::vector<bool> done(placed_.views.size(), false);
+    while (const RgbdFramePtr frame = source.next()) {
+      for (std::size_t i = 0; i < done.size(); ++i) {
+        if (done[i] || !is_of(*placed_.views[i].view, frame->color)) continue;
+        write(i, frame->color, written);
+        done[i] = true;
+      }
+    }
+    return written;
+  }
+
+ private:
+  void write(std::size_t number, const cv::Mat& image, PosedImages& written) {
+    const PosedView& view = placed_.views[number];
+    const std::string name = fmt::format("{:05}", number);
+    write("images/" + name + ".png", image);
+    write("masks/" + name + ".png.png", enlarged(static_mask(view, *placed_.grid), image.size()));
+    if (with_depth_)
+      write("depth/" + name + ".png", enlarged(static_millimeters(*view.view), image.size()));
+    written.images.push_back({name, view.T_world_camera});
+    view.view->drop_pages();
+  }
+  void write(const std::string& name, const cv::Mat& image) {
+    folder_.write(name, [&](const fs::path& file) { write_png(file, image); });
+  }
+  static cv::Mat enlarged(const cv::Mat& image, cv::Size size) {
+    cv::Mat large;
+    cv::resize(image, large, size, 0, 0, cv::INTER_NEAREST);
+    return large;
+  }
+
+  const PlacedMap& placed_;
+  bool with_depth_;
+  ResultFolder& folder_;
+};
+
+/// Returns the recording with the images of a map: the one that was named, or that of the run if it
+/// is still there; empty without one.
+std::string recording_of(const MapArguments& arguments) {
+  if (!arguments.recording.empty()) return arguments.recording;
+  const fs::path summary = fs::path(arguments.file) / kRunSummary;
+  if (!fs::exists(summary)) return {};
+  const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
+  if (!json.is_object() || !json.value("recording", nlohmann::json()).is_string()) return {};
+  const std::string recording = json["recording"];
+  return fs::exists(recording) ? recording : "";
+}
+
+PosedImages write_images(const MapArguments& arguments, const PlacedMap& placed, bool with_depth,
+                         ResultFolder& folder) {
+  ImageWriter writer(placed, with_depth, folder);
+  const std::string recording = recording_of(arguments);
+  if (recording.empty()) {
+    print_out("images of reduced size from the map; name the recording with --recording\n");
+    return writer.from_views();
+  }
+  PosedImages images = writer.from(*make_source(recording, arguments.source));
+  if (images.images.empty()) {
+    throw Error("contains no image of the map", recording,
+                "name the recording of the run with --recording, and its camera, topics and "
+                "rotation as for run");
+  }
+  print_out("{} of {} images from {}\n", images.images.size(), placed.views.size(), recording);
+  return images;
+}
+
+void write_colmap(const PosedImages& images, const Cloud& cloud, ColmapFormat format,
+                  ResultFolder& folder) {
+  const std::string end = format == ColmapFormat::kText ? ".txt" : ".bin";
+  const std::string model = format == ColmapFormat::kText ? "sparse_text/0/" : "sparse/0/";
+  folder.write_text(model + "cameras" + end, colmap_cameras(images, format));
+  folder.write_text(model + "images" + end, colmap_images(images, format));
+  folder.write_text(model + "points3D" + end, colmap_points(cloud, format));
+}
+
+/// Writes the files for other programs.
+void write_scene_files(const MapArguments& arguments, const SavedMap& saved, ResultFolder& folder) {
+  const auto wanted = [&](const char* format) {
+    return std::find(arguments.formats.begin(), arguments.formats.end(), format) !=
+           arguments.formats.end();
+  };
+  if (saved.views.empty()) {
+    throw Error("contains no dense map: it was saved with --slim-map", arguments.file,
+                "save the map without --slim-map");
+  }
+  const fs::path options = fs::path(arguments.file) / kRunOptions;
+  const PlacedMap placed = place_views(
+      saved, dense_parameters_of(read_options("", fs::exists(options) ? options : fs::path())));
+  const Cloud cloud = cloud_of(placed).cloud;
+  if (wanted("las")) {
+    const SearchedFloor floor = search_floor(placed, {});
+    const Pose T_map_world =
+        floor.finding.floor
+            ? map_frame(*floor.finding.floor, floor.cameras.front())
+            : Pose(upright_axes(floor.finding, floor.surfels, floor.cameras), {0, 0, 0});
+    folder.write_text("cloud.las", las_bytes(cloud, T_map_world));
+  }
+  if (arguments.formats.size() == 1 && wanted("las")) return;
+  const PosedImages images = write_images(arguments, placed, wanted("nerfstudio"), folder);
+  if (wanted("colmap")) write_colmap(images, cloud, ColmapFormat::kBinary, folder);
+  if (wanted("colmap-text")) write_colmap(images, cloud, ColmapFormat::kText, folder);
+  if (!wanted("nerfstudio")) return;
+  folder.write("sparse_pc.ply", [&](const fs::path& file) { write_ply(file, cloud); });
+  folder.write_text("transforms.json", json_text(nerfstudio_transforms(images), 1) + "\n");
+}
+
+int export_map(const MapArguments& arguments) {
+  for (const std::string& format : arguments.formats) {
+    if (std::find(kFormats.begin(), kFormats.end(), format) == kFormats.end()) {
+      throw Error("there is no format '" + format + "'", "--for",
+                  fmt::format("use {}", fmt::join(kFormats, ", ")));
+    }
+  }
+  const SavedMap saved = read_saved_map(arguments.file);
+  ResultFolder folder(
+      arguments.out.empty() ? fs::path(arguments.file).stem().string() + "_export" : arguments.out,
+      arguments.force ? ResultFolder::Foreign::kOverwrite : ResultFolder::Foreign::kKeep);
+  if (arguments.formats.empty())
+    write_map_files(saved, folder);
+  else
+    write_scene_files(arguments, saved, folder);
   print_out("{}", folder.written_text());
   folder.require_all();
   return code_for(saved);
@@ -111,11 +279,34 @@ void add_map_command(CLI::App& app, int& exit_code) {
   slimming->footer("Example:\n  stillmap map slim office.map --out small.map");
   slimming->callback([arguments, &exit_code] { exit_code = slim(*arguments); });
   CLI::App* exporting = map->add_subcommand(
-      "export", "write landmarks.ply, keyframes.txt (TUM format), graph.json and cloud.ply");
+      "export",
+      "write landmarks.ply, keyframes.txt (TUM format), graph.json and cloud.ply, or the files of "
+      "other programs");
   exporting->add_option("file", arguments->file, "saved map, or folder of a run")->required();
   exporting->add_option("--out", arguments->out, "output folder; default: NAME_export");
+  exporting
+      ->add_option("--for", arguments->formats,
+                   fmt::format("formats of other programs with commas: {}; images with masks of "
+                               "what moves, poses, points",
+                               fmt::join(kFormats, ", ")))
+      ->delimiter(',')
+      ->type_name(fmt::format("{{{}}}", fmt::join(kFormats, ",")));
+  exporting
+      ->add_option("--recording", arguments->recording,
+                   "recording with the images in full size; default: that of the run, or the "
+                   "reduced images of the map")
+      ->type_name("DIR or FILE");
+  exporting->add_option("--camera", arguments->source.camera, "camera of the recording, as for run")
+      ->type_name(names_or_file(camera_presets()));
+  exporting->add_option("--topics", arguments->source.topics, "topics, as for run");
+  exporting
+      ->add_option("--rotate", arguments->source.rotate, "rotation of the images, as for run")
+      ->type_name("DEGREES");
   add_force_option(*exporting, arguments->force);
-  exporting->footer("Example:\n  stillmap map export office.map --out office");
+  exporting->footer(
+      "Examples:\n  stillmap map export office.map --out office\n"
+      "  stillmap map export RUN --for colmap,nerfstudio,las --out scene\n"
+      "docs/dense_map.md explains the files.");
   exporting->callback([arguments, &exit_code] { exit_code = export_map(*arguments); });
 }
 

@@ -71,6 +71,50 @@ class SavedMaps(unittest.TestCase):
         shown = {keyframe["id"] for keyframe in graph["keyframes"]}
         self.assertTrue(all(edge["a"] in shown and edge["b"] in shown for edge in graph["covisible"]))
 
+    def test_export_for_other_programs_uses_the_images_of_the_recording(self):
+        out = self.folder / "scene"
+        done = stillmap("map", "export", self.folder / "first", "--for", "colmap,colmap-text,nerfstudio,las", "--out", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        frames = json.loads((out / "transforms.json").read_text())["frames"]
+        self.assertRegex(done.stdout, f"{len(frames)} of {len(frames)} images from .*sequence")
+        for frame in frames:
+            for kind in ("file_path", "mask_path", "depth_file_path"):
+                self.assertRegex((out / frame[kind]).read_bytes()[16:24].hex(), "00000140000000f0")  # size in a PNG
+        self.assertEqual({file.suffix for file in (out / "sparse/0").iterdir()}, {".bin"})
+        reduced = self.folder / "reduced"
+        done = stillmap("map", "export", self.map, "--for", "colmap", "--out", reduced)
+        self.assertIn("reduced size", done.stdout)
+        self.assertEqual(next((reduced / "images").iterdir()).read_bytes()[16:24].hex(), "000000a000000078")
+        self.refused(stillmap("map", "export", self.map, "--for", "e57"), 1, "no format 'e57'", "nerfstudio")
+        other = self.folder / "other"
+        self.assertEqual(stillmap("simulate", "--people", 0, "--frames", 3, "--width", 320, "--height", 240, "--seed", 5,
+                                  "--out", other).returncode, 0)
+        self.refused(stillmap("map", "export", self.map, "--for", "colmap", "--recording", other, "--out", reduced), 1,
+                     "contains no image of the map", "--recording")
+
+    def test_other_programs_read_the_exported_files(self):
+        python = Path(__file__).resolve().parent.parent / "build/surface_venv/bin/python"
+        if not python.exists():
+            self.skipTest("skipped: there is no build/surface_venv with pycolmap and laspy")
+        out = self.folder / "read"
+        self.assertEqual(stillmap("map", "export", self.folder / "first", "--for", "colmap,colmap-text,las", "--out",
+                                  out).returncode, 0)
+        program = """
+import laspy, pycolmap, sys
+models = [pycolmap.Reconstruction(f"{sys.argv[1]}/{folder}/0") for folder in ("sparse", "sparse_text")]
+las = laspy.read(f"{sys.argv[1]}/cloud.las")
+for model in models:
+    image = next(iter(model.images.values()))
+    print(len(model.images), len(model.points3D), len(las.points), image.name, model.cameras[image.camera_id].params)
+"""
+        done = subprocess.run([python, "-c", program, out], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        first, second = done.stdout.splitlines()
+        self.assertEqual(first, second)
+        images, points, las = first.split()[:3]
+        self.assertEqual(int(images), len(list((out / "images").iterdir())))
+        self.assertEqual(points, las)
+
     def check_ply(self, file):
         """The header is one, and as many bytes follow as it says."""
         header, body = file.read_bytes().split(b"end_header\n", 1)
