@@ -2,6 +2,7 @@
 #include "stillmap/dense/dense_map.hpp"
 
 #include "stillmap/dense/open_view.hpp"
+#include "stillmap/dense/surface_refinement.hpp"
 #include "stillmap/dense/view_colors.hpp"
 #include "stillmap/dense/view_fusion.hpp"
 
@@ -18,6 +19,32 @@ constexpr std::size_t kMinRefuted = 100;
 
 bool is_finite(const Pose& pose) {
   return pose.quaternion().coeffs().allFinite() && pose.translation().allFinite();
+}
+
+/// Moves the points onto the surface, and keeps one per voxel: that of the most certain cell.
+void refine(PlacedMap& placed) {
+  const std::vector<Eigen::Vector3f> points = refined_points(placed.points, placed.views);
+  VoxelIndex index;
+  std::vector<std::size_t> best;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto voxel = voxel_at(points[i].cast<double>(), placed.grid->edge());
+    if (!voxel) continue;
+    const std::uint32_t number = index.add(*voxel);
+    if (number == best.size()) {
+      best.push_back(i);
+    } else if (placed.grid->cell(placed.cells[i]).weight >
+               placed.grid->cell(placed.cells[best[number]]).weight) {
+      best[number] = i;
+    }
+  }
+  std::sort(best.begin(), best.end());
+  std::vector<std::uint32_t> cells;
+  placed.points.clear();
+  for (const std::size_t i : best) {
+    cells.push_back(placed.cells[i]);
+    placed.points.push_back(points[i]);
+  }
+  placed.cells = std::move(cells);
 }
 
 }  // namespace
@@ -197,15 +224,10 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
       placed.cells.push_back(number);
     }
   }
-  placed.gains = color_gains(points_of(placed), placed.views);
+  for (const std::uint32_t cell : placed.cells) placed.points.push_back(placed.grid->mean(cell));
+  if (options_.fuse) refine(placed);
+  placed.gains = color_gains(placed.points, placed.views);
   return placed;
-}
-
-std::vector<Eigen::Vector3f> points_of(const PlacedMap& placed) {
-  std::vector<Eigen::Vector3f> points;
-  points.reserve(placed.cells.size());
-  for (const std::uint32_t cell : placed.cells) points.push_back(placed.grid->mean(cell));
-  return points;
 }
 
 Cloud raw_cloud(const PlacedMap& placed) {
@@ -234,7 +256,7 @@ ComposedCloud cloud_of(const PlacedMap& placed) {
   result.keyframes_left_out = placed.keyframes_left_out;
   result.voxels_left_out = placed.voxels_left_out;
   result.voxels_removed = placed.voxels_removed;
-  result.cloud.points = points_of(placed);
+  result.cloud.points = placed.points;
   result.cloud.colors = surface_colors(result.cloud.points, placed.views, placed.gains);
   result.semantics = make_semantic_map(*placed.grid, placed.views, placed.cells);
   return result;

@@ -70,6 +70,7 @@ struct PlacedMap {
   std::shared_ptr<const StaticGrid> grid;
   std::vector<PosedView> views;      ///< Views with a pose, in the order of their ids.
   std::vector<std::uint32_t> cells;  ///< Voxels of the grid in the cloud, in its order.
+  std::vector<Eigen::Vector3f> points;  ///< Their points on the surface, world frame [m].
   std::vector<Eigen::Vector3f> gains;  ///< Factors of the colors of each view, by color_gains().
   std::vector<std::shared_ptr<const DenseView>> held;  ///< Owners of the views.
   std::size_t keyframes_left_out = 0;  ///< Number of views whose pose is unknown or not finite.
@@ -183,9 +184,6 @@ class DenseMap {
   std::optional<Newest> newest_;
   std::size_t pixels_ = 0, outliers_ = 0, superseded_ = 0, replacements_ = 0;
 };
-
-/// Returns the points of the cloud of a placed map, world frame [m].
-std::vector<Eigen::Vector3f> points_of(const PlacedMap& placed);
 
 /// Returns the cloud of all surfaces in the views of a placed map, moving ones included, one point
 /// per voxel of its grid: the result without masks and votes, for comparison.

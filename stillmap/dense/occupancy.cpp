@@ -44,9 +44,10 @@ OccupiedSpace occupied_space(const PlacedMap& placed, const Pose& T_map_world,
   OccupiedSpace space{.edge = options.cell, .occupied = {}, .free = {}};
   VoxelIndex index;
   std::vector<int> points;
-  for (const std::uint32_t cell : placed.cells) {
+  for (std::size_t i = 0; i < placed.cells.size(); ++i) {
+    const std::uint32_t cell = placed.cells[i];
     if (placed.grid->is_far(cell) && placed.grid->cell(cell).views < kFarViews) continue;
-    const auto voxel = voxel_at(T_map_world * placed.grid->mean(cell).cast<double>(), options.cell);
+    const auto voxel = voxel_at(T_map_world * placed.points[i].cast<double>(), options.cell);
     if (!voxel) continue;
     const std::uint32_t number = index.add(*voxel);
     points.resize(index.size(), 0);
