@@ -13,7 +13,7 @@ namespace stillmap {
 namespace {
 
 /// Minimum share of a view that must be new for a frame that is no keyframe to be kept [0..1].
-constexpr double kMinNovelty = 0.02;
+constexpr double kMinNovelty = 0.005;
 /// Number of voxels seen through above which such a frame is kept too.
 constexpr std::size_t kMinRefuted = 100;
 
@@ -21,30 +21,37 @@ bool is_finite(const Pose& pose) {
   return pose.quaternion().coeffs().allFinite() && pose.translation().allFinite();
 }
 
-/// Moves the points onto the surface, and keeps one per voxel: that of the most certain cell.
-void refine(PlacedMap& placed) {
-  const std::vector<Eigen::Vector3f> points = refined_points(placed.points, placed.views);
+/// Keeps one of the points in a voxel: that of the most certain cell.
+void keep_one_per_voxel(PlacedMap& placed) {
+  const auto weight = [&](std::size_t i) { return placed.grid->cell(placed.cells[i]).weight; };
   VoxelIndex index;
   std::vector<std::size_t> best;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto voxel = voxel_at(points[i].cast<double>(), placed.grid->edge());
+  for (std::size_t i = 0; i < placed.points.size(); ++i) {
+    const auto voxel = voxel_at(placed.points[i].cast<double>(), placed.grid->edge());
     if (!voxel) continue;
     const std::uint32_t number = index.add(*voxel);
-    if (number == best.size()) {
+    if (number == best.size())
       best.push_back(i);
-    } else if (placed.grid->cell(placed.cells[i]).weight >
-               placed.grid->cell(placed.cells[best[number]]).weight) {
+    else if (weight(i) > weight(best[number]))
       best[number] = i;
-    }
   }
   std::sort(best.begin(), best.end());
-  std::vector<std::uint32_t> cells;
-  placed.points.clear();
-  for (const std::size_t i : best) {
-    cells.push_back(placed.cells[i]);
-    placed.points.push_back(points[i]);
+  for (std::size_t i = 0; i < best.size(); ++i) {
+    placed.cells[i] = placed.cells[best[i]];
+    placed.points[i] = placed.points[best[i]];
   }
-  placed.cells = std::move(cells);
+  placed.cells.resize(best.size());
+  placed.points.resize(best.size());
+}
+
+/// Moves the points onto the surface. Layers of voxels further apart than the noise of a near view
+/// meet step by step.
+void refine(PlacedMap& placed) {
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    placed.points = refined_points(placed.points, placed.views);
+    keep_one_per_voxel(placed);
+  }
 }
 
 }  // namespace

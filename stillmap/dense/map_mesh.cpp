@@ -2,6 +2,7 @@
 #include "stillmap/dense/map_mesh.hpp"
 
 #include "stillmap/dense/placed_view.hpp"
+#include "stillmap/dense/surface_refinement.hpp"
 #include "stillmap/dense/view_colors.hpp"
 #include "stillmap/dense/voxel_index.hpp"
 
@@ -78,6 +79,7 @@ TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options) {
     posed.view->drop_pages();
   }
   TriangleMesh mesh = volume.mesh();
+  mesh.vertices = refined_points(mesh.vertices, placed.views);
   mesh.colors = surface_colors(mesh.vertices, placed.views, placed.gains);
   return mesh;
 }

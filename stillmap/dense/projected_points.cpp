@@ -3,11 +3,12 @@
 
 #include "stillmap/dense/voxel_index.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace stillmap {
 
-ViewProjection::ViewProjection(const PosedView& posed)
+ViewProjection::ViewProjection(const PosedView& posed, float margin)
     : R_(posed.T_world_camera.rotation().transpose().cast<float>()),
       t_(posed.T_world_camera.inverse().translation().cast<float>()),
       fx_(static_cast<float>(posed.view->camera.fx)),
@@ -15,17 +16,19 @@ ViewProjection::ViewProjection(const PosedView& posed)
       cx_(static_cast<float>(posed.view->camera.cx)),
       cy_(static_cast<float>(posed.view->camera.cy)),
       cols_(static_cast<float>(posed.view->depth.cols)),
-      rows_(static_cast<float>(posed.view->depth.rows)) {}
+      rows_(static_cast<float>(posed.view->depth.rows)),
+      margin_(margin) {}
 
 std::optional<ProjectedPoint> ViewProjection::operator()(const Eigen::Vector3f& p_world) const {
   constexpr float kNearest = 0.1F;  // [m]
   const Eigen::Vector3f p = R_ * p_world + t_;
   if (p.z() < kNearest) return std::nullopt;
   const float u = fx_ * p.x() / p.z() + cx_, v = fy_ * p.y() / p.z() + cy_;
-  if (!(u >= 0 && v >= 0 && u < cols_ - 1 && v < rows_ - 1)) return std::nullopt;
-  const int col = static_cast<int>(u), row = static_cast<int>(v);
-  return ProjectedPoint{
-      row, col, u - static_cast<float>(col), v - static_cast<float>(row), p.z()};
+  const auto in_range = [&](float x, float size) { return x >= -margin_ && x <= size - 1 + margin_; };
+  if (!in_range(u, cols_) || !in_range(v, rows_)) return std::nullopt;
+  const float x = std::clamp(u, 0.0F, cols_ - 1), y = std::clamp(v, 0.0F, rows_ - 1);
+  const float col = std::min(std::floor(x), cols_ - 2), row = std::min(std::floor(y), rows_ - 2);
+  return ProjectedPoint{static_cast<int>(row), static_cast<int>(col), x - col, y - row, p.z()};
 }
 
 // Distances from the camera's plane, and from the four planes through its center and the borders of

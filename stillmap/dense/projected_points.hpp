@@ -26,7 +26,8 @@ struct ProjectedPoint {
 /// The camera of a view, for points of the world.
 class ViewProjection {
  public:
-  explicit ViewProjection(const PosedView& posed);
+  /// @param margin  width of a border around the image, whose points are drawn to it [pixels]
+  explicit ViewProjection(const PosedView& posed, float margin = 0);
 
   /// Returns the point in the image, or none. World frame [m].
   std::optional<ProjectedPoint> operator()(const Eigen::Vector3f& p_world) const;
@@ -37,7 +38,7 @@ class ViewProjection {
   Eigen::Matrix3f R_;  // R_camera_world
   Eigen::Vector3f t_;
   float fx_, fy_, cx_, cy_;
-  float cols_, rows_;
+  float cols_, rows_, margin_;
 };
 
 /// Points in cubes of space, which a view skips together.
@@ -66,19 +67,5 @@ class PointGroups {
   const std::vector<Eigen::Vector3f>* points_;
   std::vector<Group> groups_;
 };
-
-/// Calls `use(view, point, projected)` for all points in the image of each view, by view.
-/// @param points  world frame [m]
-template <typename Use>
-void for_each_projection(const std::vector<Eigen::Vector3f>& points,
-                         const std::vector<PosedView>& views, const Use& use) {
-  const PointGroups groups(points);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    groups.for_each_in(ViewProjection(views[i]), [&](std::uint32_t point, const auto& projected) {
-      use(i, point, projected);
-    });
-    views[i].view->drop_pages();
-  }
-}
 
 }  // namespace stillmap

@@ -59,12 +59,16 @@ ColorSample color_at(const DenseView& view, const ProjectedPoint& point, float t
 template <typename Use>
 void for_each_sample(const std::vector<Eigen::Vector3f>& points,
                      const std::vector<PosedView>& views, const Use& use) {
-  for_each_projection(points, views, [&](std::size_t number, std::uint32_t point,
-                                         const ProjectedPoint& projected) {
-    const DenseView& view = *views[number].view;
+  constexpr float kMargin = 1;  // the surface of a pixel reaches beyond its center [pixels]
+  const PointGroups groups(points);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const DenseView& view = *views[i].view;
     const auto agreement = view.camera.depth_sensor.tolerance<float>(kSigmas, kFloor);
-    use(number, point, color_at(view, projected, agreement.at(projected.z)));
-  });
+    groups.for_each_in(ViewProjection(views[i], kMargin), [&](std::uint32_t point, const auto& at) {
+      use(i, point, color_at(view, at, agreement.at(at.z)));
+    });
+    view.drop_pages();
+  }
 }
 
 /// The logarithm of a color that a view gives a point.

@@ -21,7 +21,7 @@ namespace {
 /// Displacement that counts as much as a rotation by one radian [m]: 1 cm counts as much as 0.6
 /// degrees, about the ratio of the errors of RGB-D SLAM and of motion capture.
 constexpr double kMetersPerRadian = 1;
-/// Rotation error from which the positions do not determine the rotation [rad]: 3 degrees displace
+/// Rotation error from which positions alone do not determine the rotation [rad]: 3 degrees displace
 /// a point at 4 m by 0.2 m.
 constexpr double kUndetermined = 0.05;
 
@@ -89,13 +89,12 @@ Pose align_poses(const Trajectory& truth, const Trajectory& estimate) {
 
 WorldAlignment align_worlds(const Trajectory& truth, const Trajectory& estimate,
                             const AteResult& ate) {
-  WorldAlignment alignment;
-  if (rotation_error(ate) < kUndetermined) {
-    alignment.T_truth_estimate = ate.T_truth_estimate;
+  WorldAlignment alignment{.T_truth_estimate = ate.T_truth_estimate,
+                           .rotation_of_positions = rotation_error(ate)};
+  if (has_only_positions(truth, estimate)) {
+    if (alignment.rotation_of_positions >= kUndetermined) alignment.T_truth_estimate.reset();
     return alignment;
   }
-  alignment.by = WorldAlignment::By::kPoses;
-  if (has_only_positions(truth, estimate)) return alignment;
   const std::vector<PosePair> pairs = paired(truth, estimate);
   const Pose T = aligned(pairs);
   const auto n = static_cast<double>(pairs.size());
@@ -105,9 +104,11 @@ WorldAlignment align_worlds(const Trajectory& truth, const Trajectory& estimate,
     distances += error.translation().squaredNorm() / n;
     angles += error.angle() * error.angle() / n;
   }
-  alignment.T_truth_estimate = T;
   alignment.position_rmse = std::sqrt(distances);
   alignment.angle_rmse = std::sqrt(angles);
+  if (alignment.angle_rmse > alignment.rotation_of_positions) return alignment;
+  alignment.by = WorldAlignment::By::kPoses;
+  alignment.T_truth_estimate = T;
   return alignment;
 }
 
@@ -122,10 +123,12 @@ const Pose& require_alignment(const WorldAlignment& alignment) {
 
 std::string alignment_text(const WorldAlignment& alignment) {
   if (alignment.by != WorldAlignment::By::kPoses) return "";
+  constexpr double kDegrees = 180 / std::numbers::pi;
   return fmt::format(
-      "the positions do not determine the rotation (camera at rest or on a line): the following is "
-      "aligned by whole poses, with differences of {:.3f} m and {:.2f} degrees (RMS)\n",
-      alignment.position_rmse, alignment.angle_rmse * 180 / std::numbers::pi);
+      "the following is aligned by whole poses, with differences of {:.4f} m and {:.2f} degrees "
+      "(RMS); positions alone determine the rotation to {:.2g} degrees\n",
+      alignment.position_rmse, kDegrees * alignment.angle_rmse,
+      kDegrees * std::min(alignment.rotation_of_positions, std::numbers::pi));
 }
 
 void to_json(nlohmann::json& json, const WorldAlignment& alignment) {

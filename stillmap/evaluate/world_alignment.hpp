@@ -26,11 +26,13 @@ struct WorldAlignment {
   /// rotation and one of the files has no rotations.
   std::optional<Pose> T_truth_estimate;
   double position_rmse = 0, angle_rmse = 0;  ///< Residuals of kPoses [m], [rad].
+  double rotation_of_positions = 0;  ///< Error of the rotation of an alignment by positions [rad].
 };
 
-/// Returns the alignment of the ATE if the positions determine the rotation, otherwise
-/// align_poses(). They determine it if a rotation by 0.05 rad about the main axis of the true
-/// positions moves them by more than the ATE (RMS).
+/// Returns the alignment of the ATE or that of align_poses(), whose rotation is more certain. The
+/// error of the first is estimated as the ATE over the distance of the true positions from their
+/// main axis, that of the second as the residual of the rotations (all RMS). A camera at rest or on
+/// a line is thus aligned by poses, and a truth with the rotations of another body by positions.
 /// @param ate  ATE of the two trajectories after rigid alignment
 WorldAlignment align_worlds(const Trajectory& truth, const Trajectory& estimate,
                             const AteResult& ate);
