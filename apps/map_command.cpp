@@ -299,8 +299,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   exporting->add_option("--camera", arguments->source.camera, "camera of the recording, as for run")
       ->type_name(names_or_file(camera_presets()));
   exporting->add_option("--topics", arguments->source.topics, "topics, as for run");
-  exporting
-      ->add_option("--rotate", arguments->source.rotate, "rotation of the images, as for run")
+  exporting->add_option("--rotate", arguments->source.rotate, "rotation of the images, as for run")
       ->type_name("DEGREES");
   add_force_option(*exporting, arguments->force);
   exporting->footer(

@@ -46,6 +46,10 @@ bool is_figures_file(const std::filesystem::path& file) {
   return json.is_object() && json.contains("stillmap");
 }
 
+bool is_static_page(const std::filesystem::path& file) {
+  return read_file(file).find("<script class=\"message\"") != std::string::npos;
+}
+
 void require_replaceable(const std::filesystem::path& file,
                          bool (*is_own)(const std::filesystem::path&), bool force) {
   if (file.empty() || file == kStandardOutput || !std::filesystem::exists(file)) return;

@@ -17,6 +17,7 @@ std::FILE* standard_output_for_data();
 bool is_saved_map(const std::filesystem::path& file);
 bool is_options_file(const std::filesystem::path& file);
 bool is_figures_file(const std::filesystem::path& file);
+bool is_static_page(const std::filesystem::path& file);
 
 /// Throws Error if the file exists and is not of the kind that would replace it, unless `force` is
 /// set. For a check before a long computation.

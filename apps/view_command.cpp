@@ -2,6 +2,7 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/view/recorded_view.hpp"
+#include "stillmap/view/static_page.hpp"
 #include "stillmap/view/view_server.hpp"
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 
 #include "commands.hpp"
 #include "interrupt.hpp"
+#include "output_file.hpp"
 #include "view_options.hpp"
 #include "warning_options.hpp"
 #include "warning_replay.hpp"
@@ -22,7 +24,8 @@ namespace {
 struct ViewArguments {
   std::string run;
   int port = ViewAddress().port;
-  std::string address, zones;
+  std::string address, zones, html;
+  bool force = false;
   std::vector<double> hook_offset;
 };
 
@@ -67,15 +70,26 @@ std::optional<WarningRules> drawn_rules(std::optional<WarningRules> rules,
   return rules;
 }
 
+void publish(const ViewArguments& arguments, TopicBoard& board) {
+  const std::optional<WarningRules> rules = rules_of(arguments);
+  publish_recorded_run(arguments.run, drawn_rules(rules, arguments.hook_offset), board);
+  if (rules && is_run(arguments.run) && changes_rules(arguments, *rules))
+    board.publish(events_message(warnings_of(replayed_events(*rules, arguments.run))));
+}
+
 int view(const ViewArguments& arguments) {
   catch_interrupt();
   if (std::filesystem::is_directory(arguments.run)) require_ended_run(arguments.run);
+  if (!arguments.html.empty()) {
+    require_replaceable(arguments.html, is_static_page, arguments.force);
+    TopicBoard board;
+    publish(arguments, board);
+    write_named(arguments.html, static_page(board), is_static_page, arguments.force);
+    return kSuccess;
+  }
   ViewServer server(*view_address_of(
       {.port = arguments.port, .address = arguments.address, .port_option = "--port"}));
-  const std::optional<WarningRules> rules = rules_of(arguments);
-  publish_recorded_run(arguments.run, drawn_rules(rules, arguments.hook_offset), server.board());
-  if (rules && is_run(arguments.run) && changes_rules(arguments, *rules))
-    server.board().publish(events_message(warnings_of(replayed_events(*rules, arguments.run))));
+  publish(arguments, server.board());
   print_out("{}Ctrl-C ends it\n", addresses_text(server));
   output_is_complete();
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -99,9 +113,18 @@ void add_view_command(CLI::App& app, int& exit_code) {
                       "also show the zones of this file, and their events in the run instead of "
                       "those of the run itself; default: the zones of the run");
   add_hook_offset(*command, arguments->hook_offset);
+  command
+      ->add_option("--html", arguments->html,
+                   "write the page with its data to one file, which any browser opens without "
+                   "Stillmap and without a network, instead of serving it")
+      ->type_name("FILE")
+      ->excludes("--port")
+      ->excludes("--view-address");
+  add_force_option(*command, arguments->force);
   command->footer(
       "Examples:\n"
       "  stillmap view results\n"
+      "  stillmap view results --html results.html\n"
       "  stillmap view office.map --view-address 0.0.0.0\n"
       "docs/view.md explains the page; `stillmap run --view` shows a run in progress.");
   command->callback([arguments, &exit_code] { exit_code = view(*arguments); });

@@ -270,6 +270,20 @@ class Server(ViewTest):
             self.assertLessEqual(begin, end)
         self.assertEqual(bool(summary["frames"]["highly_dynamic"]), bool(summary["frames"]["highly_dynamic_periods"]))
 
+    def test_a_page_in_one_file_needs_nothing_else(self):
+        page = self.folder / "page.html"
+        for again in (False, True):
+            result = subprocess.run([PROGRAM, "view", self.finished_run(), "--html", page], capture_output=True, text=True, check=False)
+            self.assertEqual(result.returncode, 0, result.stderr)
+        text = page.read_text()
+        self.assertEqual(re.findall(r"""(?:src|href)=["'](?!data:)[^"']*""", text.split("<script>")[0]), [])
+        self.assertNotIn("from './", text)
+        other = self.folder / "other.html"
+        other.write_text("<p>mine</p>")
+        result = subprocess.run([PROGRAM, "view", self.finished_run(), "--html", other], capture_output=True, text=True, check=False)
+        self.assertEqual((result.returncode, other.read_text()), (1, "<p>mine</p>"))
+        self.assertIn("--force", result.stderr)
+
 
 @unittest.skipUnless(find_browser(), "skipped: there is no Chromium")
 class InTheBrowser(ViewTest):
@@ -301,6 +315,17 @@ class InTheBrowser(ViewTest):
             subprocess.run([PROGRAM, "run", cls.sequence, *cls.masks, "--count", "60", "--zones", rules, "--out", run], check=False,
                            stdout=subprocess.DEVNULL)
         return run
+
+    def test_a_page_in_one_file_draws_the_run(self):
+        file, run = self.folder / "alone.html", self.finished_run()
+        subprocess.run([PROGRAM, "view", run, "--html", file], check=True, stdout=subprocess.DEVNULL)
+        page = self.browser.page(file.as_uri())
+        page.wait("stillmap.drawn > 0", 120)
+        state, summary = self.state(page), json.loads((run / "summary.json").read_text())
+        self.assertEqual((state["points"], state["keyframes"], state["zones"]), (summary["cloud_points"], summary["keyframes"], 1))
+        self.assertIn("no images of the camera", state["noImage"])
+        self.assertGreater(page.run("stillmap.inked()"), 0.02)
+        self.assertEqual((state["errors"], page.logs), (0, []))
 
     def test_two_pages_draw_a_run_in_progress_and_then_the_finished_one(self):
         port = free_port()

@@ -181,7 +181,7 @@ struct Options {
     int memory = 180;  // [MB]
     /// Points are dropped whose distance to their neighbors exceeds the mean by this many standard
     /// deviations; 0 keeps all points.
-    double outlier_deviations = 2;
+    double outlier_deviations = 0;
     /// Masks of excluded objects are grown by this margin.
     int mask_dilation = 6;  // [pixels]
     /// Classes of objects that are left out of the dense map, whether they move or not.
@@ -191,7 +191,7 @@ struct Options {
   /// The mesh and the files for planners, which are made on request.
   struct Outputs {
     /// Side of the voxels of the mesh.
-    double mesh_voxel = 0.02;  // [m]
+    double mesh_voxel = 0.01;  // [m]
     /// Side of the cells of the occupancy grids.
     double planner_cell = 0.05;  // [m]
     /// Lower end of the height band of the floor plan, above the floor.

@@ -68,10 +68,10 @@ struct DenseStatistics {
 /// The views fused with one set of poses.
 struct PlacedMap {
   std::shared_ptr<const StaticGrid> grid;
-  std::vector<PosedView> views;      ///< Views with a pose, in the order of their ids.
-  std::vector<std::uint32_t> cells;  ///< Voxels of the grid in the cloud, in its order.
+  std::vector<PosedView> views;         ///< Views with a pose, in the order of their ids.
+  std::vector<std::uint32_t> cells;     ///< Voxels of the grid in the cloud, in its order.
   std::vector<Eigen::Vector3f> points;  ///< Their points on the surface, world frame [m].
-  std::vector<Eigen::Vector3f> gains;  ///< Factors of the colors of each view, by color_gains().
+  std::vector<Eigen::Vector3f> gains;   ///< Factors of the colors of each view, by color_gains().
   std::vector<std::shared_ptr<const DenseView>> held;  ///< Owners of the views.
   std::size_t keyframes_left_out = 0;  ///< Number of views whose pose is unknown or not finite.
   std::size_t voxels_left_out = 0;     ///< Number of voxels below min_keyframes.

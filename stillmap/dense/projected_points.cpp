@@ -24,7 +24,9 @@ std::optional<ProjectedPoint> ViewProjection::operator()(const Eigen::Vector3f& 
   const Eigen::Vector3f p = R_ * p_world + t_;
   if (p.z() < kNearest) return std::nullopt;
   const float u = fx_ * p.x() / p.z() + cx_, v = fy_ * p.y() / p.z() + cy_;
-  const auto in_range = [&](float x, float size) { return x >= -margin_ && x <= size - 1 + margin_; };
+  const auto in_range = [&](float x, float size) {
+    return x >= -margin_ && x <= size - 1 + margin_;
+  };
   if (!in_range(u, cols_) || !in_range(v, rows_)) return std::nullopt;
   const float x = std::clamp(u, 0.0F, cols_ - 1), y = std::clamp(v, 0.0F, rows_ - 1);
   const float col = std::min(std::floor(x), cols_ - 2), row = std::min(std::floor(y), rows_ - 2);

@@ -23,7 +23,9 @@ class ViewsOfAWall : public ::testing::Test {
     for (int v = 0; v < camera.height; ++v) {
       for (int u = 0; u < camera.width; ++u) {
         const double x = (pose * camera.unproject(u, v, frame.depth.at<float>(v, u))).x();
-        const auto channel = [&](float value) { return cv::saturate_cast<uchar>(exposure * value); };
+        const auto channel = [&](float value) {
+          return cv::saturate_cast<uchar>(exposure * value);
+        };
         frame.color.at<cv::Vec3b>(v, u) = {channel(80), channel(green(x)), channel(100)};
       }
     }

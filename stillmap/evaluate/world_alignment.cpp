@@ -21,8 +21,8 @@ namespace {
 /// Displacement that counts as much as a rotation by one radian [m]: 1 cm counts as much as 0.6
 /// degrees, about the ratio of the errors of RGB-D SLAM and of motion capture.
 constexpr double kMetersPerRadian = 1;
-/// Rotation error from which positions alone do not determine the rotation [rad]: 3 degrees displace
-/// a point at 4 m by 0.2 m.
+/// Rotation error from which positions alone do not determine the rotation [rad]: 3 degrees
+/// displace a point at 4 m by 0.2 m.
 constexpr double kUndetermined = 0.05;
 
 struct PosePair {

@@ -76,13 +76,15 @@ TEST(WorldAlignment, ACameraWithoutAnyErrorIsAlignedByWholePosesIfAtRest) {
   EXPECT_LT(map_error(worlds, require_alignment(align(worlds))), 1e-9);
 }
 
-/// The positions of a wide arc determine the rotation to 9 mm / 0.7 m, the rotations to 0.35 degrees.
+/// The positions of a wide arc determine the rotation to 9 mm / 0.7 m, the rotations to 0.35
+/// degrees.
 TEST(WorldAlignment, AWideArcIsAlignedByWholePoses) {
   const Worlds worlds = camera_path(0.02, 1);
   const WorldAlignment alignment = align(worlds);
   EXPECT_EQ(alignment.by, WorldAlignment::By::kPoses);
   const auto ate = absolute_trajectory_error(worlds.truth, worlds.estimate);
-  EXPECT_LT(map_error(worlds, require_alignment(alignment)), map_error(worlds, ate.T_truth_estimate));
+  EXPECT_LT(map_error(worlds, require_alignment(alignment)),
+            map_error(worlds, ate.T_truth_estimate));
 }
 
 /// The truth has the rotations of a body that is turned by 10 degrees against the camera.

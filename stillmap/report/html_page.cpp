@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/report/html_page.hpp"
 
+#include "stillmap/base/base64.hpp"
 #include "stillmap/report/page_style.hpp"
 #include "stillmap/report/svg.hpp"
 
@@ -19,22 +20,6 @@ std::string page_style() {
       ":root {{ color-scheme: light dark; {0} }}\n{1}{2}@media print {{ :root {{ {0} --shadow: "
       "none; }} }}\n",
       kLightColors, kPageStyle, kChartStyle);
-}
-
-/// Returns the base64 code of some bytes (RFC 4648).
-std::string base64(const std::vector<unsigned char>& bytes) {
-  constexpr char kAlphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve(bytes.size() * 4 / 3 + 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    unsigned group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= left ? kAlphabet[group >> (18 - 6 * k) & 63] : '=';
-    }
-  }
-  return text;
 }
 
 }  // namespace
@@ -63,7 +48,8 @@ std::string html_figure(const CaptionedImage& image) {
   return fmt::format(
       "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" src=\"data:image/jpeg;base64,{3}\">"
       "<figcaption>{0}</figcaption></figure>\n",
-      escape_markup(image.caption), image.image.cols, image.image.rows, base64(jpeg));
+      escape_markup(image.caption), image.image.cols, image.image.rows,
+      base64({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()}));
 }
 
 std::string wide_chart(const std::string& chart) {

@@ -90,10 +90,14 @@ std::string colmap_points(const Cloud& cloud, ColmapFormat format) {
 
 nlohmann::json nerfstudio_transforms(const PosedImages& scene) {
   const Camera& c = scene.camera;
-  nlohmann::json json = {{"camera_model", "OPENCV"},    {"w", c.width},
-                         {"h", c.height},               {"fl_x", c.fx},
-                         {"fl_y", c.fy},                {"cx", c.cx + kHalf},
-                         {"cy", c.cy + kHalf},          {"ply_file_path", "sparse_pc.ply"},
+  nlohmann::json json = {{"camera_model", "OPENCV"},
+                         {"w", c.width},
+                         {"h", c.height},
+                         {"fl_x", c.fx},
+                         {"fl_y", c.fy},
+                         {"cx", c.cx + kHalf},
+                         {"cy", c.cy + kHalf},
+                         {"ply_file_path", "sparse_pc.ply"},
                          {"frames", nlohmann::json::array()}};
   for (const SceneImage& image : scene.images) {
     // Cameras of nerfstudio look along -z, with y upwards.
@@ -158,7 +162,7 @@ cv::Mat1b static_mask(const PosedView& view, const StaticGrid& grid) {
     }
   }
   const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
-  cv::dilate(movers, movers, square);  // a mask ends between two pixels
+  cv::dilate(movers, movers, square);                          // a mask ends between two pixels
   cv::morphologyEx(removed, removed, cv::MORPH_OPEN, square);  // without single pixels
   return ~(movers | removed);
 }

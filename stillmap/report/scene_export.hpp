@@ -14,7 +14,8 @@
 namespace stillmap {
 
 /// An image for programs that reconstruct scenes from posed images: images/NAME.png with the mask
-/// masks/NAME.png.png (0: not the static world) and the depth depth/NAME.png (16 bits, millimeters).
+/// masks/NAME.png.png (0: not the static world) and the depth depth/NAME.png (16 bits,
+/// millimeters).
 struct SceneImage {
   std::string name;  ///< Without folder and extension.
   Pose T_world_camera;

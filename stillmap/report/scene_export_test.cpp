@@ -37,9 +37,11 @@ TEST(ColmapModel, HasPixelCentersAtHalvesAndPosesOfTheWorldInTheCamera) {
   std::string camera, name;
   line >> id >> w >> x >> y >> z >> tx >> ty >> tz >> camera >> name;
   const Pose T_camera_world(Eigen::Quaterniond(w, x, y, z), {tx, ty, tz});
-  EXPECT_NEAR((T_camera_world * Eigen::Vector3d(3, 0, 2) - Eigen::Vector3d(0, 0, 3)).norm(), 0, 1e-9);
+  EXPECT_NEAR((T_camera_world * Eigen::Vector3d(3, 0, 2) - Eigen::Vector3d(0, 0, 3)).norm(), 0,
+              1e-9);
   EXPECT_EQ(name, "00007.png");
-  EXPECT_THAT(colmap_points(two_points(), ColmapFormat::kText), HasSubstr("\n2 -1 0.5 3 1 2 3 0\n"));
+  EXPECT_THAT(colmap_points(two_points(), ColmapFormat::kText),
+              HasSubstr("\n2 -1 0.5 3 1 2 3 0\n"));
 }
 
 TEST(ColmapModel, IsTheSameInItsBinaryFormat) {

@@ -39,12 +39,17 @@ PageFile page_file(std::string_view path, const char* begin, const char* end) {
 
 }  // namespace
 
-const PageFile* find_page_file(std::string_view path) {
+std::span<const PageFile> page_files() {
 #define STILLMAP_PAGE_FILE(name, path, file) page_file(path, name##_begin, name##_end),
   static const auto files = std::to_array<PageFile>({
 #include STILLMAP_PAGE_TABLE
   });
+  return files;
+}
+
+const PageFile* find_page_file(std::string_view path) {
   if (path == "/") path = "/index.html";
+  const auto files = page_files();
   const auto found = std::find_if(files.begin(), files.end(),
                                   [&](const PageFile& file) { return file.path == path; });
   return found == files.end() ? nullptr : &*found;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <span>
 #include <string_view>
 
 namespace stillmap {
@@ -10,6 +11,9 @@ struct PageFile {
   std::string_view type;  ///< Media type.
   std::string_view content;
 };
+
+/// Returns all files of the page.
+std::span<const PageFile> page_files();
 
 /// Returns the file with this path, for "/" that of "/index.html"; null if there is none.
 const PageFile* find_page_file(std::string_view path);

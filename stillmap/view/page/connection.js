@@ -48,7 +48,20 @@ function closed() {
   setTimeout(connect, wait);
   wait = Math.min(5000, 1.6 * wait);
 }
+// Shows the messages in the page itself, if it is a file of `stillmap view --html`. Returns whether it is one.
+function showOwnMessages() {
+  const messages = document.querySelectorAll('script.message');
+  if (!messages.length) return false;
+  opened();
+  for (const { textContent, dataset } of messages) {
+    const bytes = Uint8Array.from(atob(textContent), (c) => c.charCodeAt(0));
+    const message = decode(dataset.kind === 'binary' ? bytes.buffer : new TextDecoder().decode(bytes));
+    send(message.type, message);
+  }
+  return true;
+}
 export function connect() {
+  if (showOwnMessages()) return;
   const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/data${location.search}`);
   socket.binaryType = 'arraybuffer';
   socket.onopen = opened;
