@@ -104,6 +104,7 @@ std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
   for (const Paper& one : papers()) presets.push_back(one.preset);
   presets.emplace_back(kOwnSystem);
   for (const Variant& variant : variants_of(arguments)) presets.push_back(variant.name);
+  require_foreign_runs(arguments, std::vector<std::string>(kYards.begin(), kYards.end()));
   std::vector<BenchmarkSequence> yards;
   try {
     yards = yards_of(arguments);
@@ -124,16 +125,23 @@ std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
       protocol_of(with_masks, runner.finished(), presets),
       with_masks.true_masks ? "true masks of workers, hook and vehicles" : "masks by a network",
       reference);
-  const std::string text =
-      fmt::format("# crane: {}\n\n{}\n\n<!-- table: crane -->\n\n{}\n<!-- end of table -->\n",
-                  paper.title, protocol, table_markdown(table));
+  std::vector<std::string> systems = presets;
+  for (const FinishedRun& run : foreign) {
+    if (std::find(systems.begin(), systems.end(), run.figures.preset) == systems.end())
+      systems.push_back(run.figures.preset);
+  }
+  const FigureTable ate = summary_tables(runs, systems, reference).front().second;
+  const std::string text = fmt::format(
+      "# crane: {}\n\n{}\n\n<!-- table: crane -->\n\n{}\n<!-- end of table -->\n\n"
+      "<!-- table: ate -->\n\n{}\n<!-- end of table -->\n",
+      paper.title, protocol, table_markdown(table), table_markdown(ate));
   print_out("\n{}\n", text);
   folder.write_text("crane.md", text);
-  folder.write_text("crane.tex", fmt::format("% {}\n\n{}", protocol, table_latex(table)));
+  folder.write_text("crane.tex", fmt::format("% {}\n\n{}\n{}", protocol, table_latex(table), table_latex(ate)));
   const nlohmann::json json{{"stillmap", STILLMAP_VERSION},
                             {"paper", kName},
                             {"source", paper.source},
-                            {"tables", {table}},
+                            {"tables", {table, ate}},
                             {"runs", runs}};
   folder.write_text("crane.json", json_text(json, 2) + "\n");
   write_paths(first_paths(runner.finished(),

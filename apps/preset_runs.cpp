@@ -272,7 +272,12 @@ FinishedRun foreign_run(const std::string& name, const fs::path& file,
   if (!truth) throw Error("has no ground truth", request.sequence, "add groundtruth.txt");
   FinishedRun run;
   run.path = {name, sequence.name, read_trajectory(file), *truth, 0};
-  run.figures.evaluation = evaluate_trajectory(*truth, run.path.estimate, {.per_frame = true});
+  try {
+    run.figures.evaluation = evaluate_trajectory(*truth, run.path.estimate, {.per_frame = true});
+  } catch (const Error& error) {
+    throw Error(fmt::format("cannot be evaluated on {}: {}", sequence.name, error.problem()),
+                file.string(), error.fix());
+  }
   run.figures.preset = name;
   run.figures.sequence = sequence.name;
   run.figures.first = number;
@@ -298,9 +303,8 @@ std::vector<Variant> variants_of(const ReproduceArguments& arguments) {
   return variants;
 }
 
-std::vector<FinishedRun> read_foreign_runs(const ReproduceArguments& arguments,
-                                           std::span<const BenchmarkSequence> sequences) {
-  std::vector<FinishedRun> runs;
+void require_foreign_runs(const ReproduceArguments& arguments,
+                          std::span<const std::string> sequences) {
   std::set<std::string> names = preset_names();
   for (const Variant& variant : variants_of(arguments)) names.insert(variant.name);
   for (const std::string& text : arguments.baselines) {
@@ -308,17 +312,32 @@ std::vector<FinishedRun> read_foreign_runs(const ReproduceArguments& arguments,
     add_column(name, "--baseline", names);
     if (!fs::is_directory(folder))
       throw Error("there is no such folder", folder, "name the folder with the trajectories");
-    const std::size_t before = runs.size();
+    std::vector<std::string> missing;
+    for (const std::string& sequence : sequences) {
+      if (trajectories_of(folder, sequence).empty()) missing.push_back(sequence);
+    }
+    if (missing.size() == sequences.size()) {
+      throw Error("contains no trajectory of these sequences", folder,
+                  fmt::format("name the files SEQUENCE.txt, or SEQUENCE_1.txt, SEQUENCE_2.txt, ... "
+                              "with the sequences' names in the tables, such as {}.txt",
+                              sequences.front()));
+    }
+    if (missing.empty()) continue;
+    print_out("{} has no trajectory of {} in {}: these cells and the means over them stay empty\n",
+              name, fmt::join(missing, ", "), folder);
+  }
+}
+
+std::vector<FinishedRun> read_foreign_runs(const ReproduceArguments& arguments,
+                                           std::span<const BenchmarkSequence> sequences) {
+  std::vector<FinishedRun> runs;
+  for (const std::string& text : arguments.baselines) {
+    const auto [name, folder] = key_and_value(text, "--baseline", "NAME=DIR");
     for (const BenchmarkSequence& sequence : sequences) {
       int number = 0;
       for (const fs::path& file : trajectories_of(folder, sequence.name))
         runs.push_back(foreign_run(name, file, sequence, number++));
     }
-    if (runs.size() > before) continue;
-    throw Error("contains no trajectory of these sequences", folder,
-                fmt::format("name the files SEQUENCE.txt, or SEQUENCE_1.txt, SEQUENCE_2.txt, ... "
-                            "with the sequences' names in the tables, such as {}.txt",
-                            sequences.front().name));
   }
   return runs;
 }

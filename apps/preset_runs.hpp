@@ -62,10 +62,14 @@ bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& seque
 void check_models(const ReproduceArguments& arguments, std::span<const BenchmarkSequence> sequences,
                   std::span<const std::string> presets);
 
+/// Throws Error for a NAME of --baseline that another column has, and for a DIR that does not exist
+/// or has no trajectory of these sequences; prints the sequences that it lacks.
+void require_foreign_runs(const ReproduceArguments& arguments,
+                          std::span<const std::string> sequences);
+
 /// Returns the runs of other systems: for each NAME=DIR the trajectories DIR/SEQUENCE.txt or
-/// DIR/SEQUENCE_RUN.txt (TUM format; SEQUENCE is the name in the tables). Throws Error for a folder
-/// without any trajectory of these sequences, for a file that cannot be read, and for a name that
-/// another column has.
+/// DIR/SEQUENCE_RUN.txt (TUM format; SEQUENCE is the name in the tables). Throws Error for a file
+/// that cannot be read or evaluated.
 std::vector<FinishedRun> read_foreign_runs(const ReproduceArguments& arguments,
                                            std::span<const BenchmarkSequence> sequences);
 

@@ -54,8 +54,12 @@ Experiment experiment_of(const ReproduceArguments& arguments, const std::vector<
     experiment.presets.push_back(variant.name);
     experiment.comparands.others.push_back(variant.name);
   }
-  if (!experiment.sequences.empty())
+  if (!experiment.sequences.empty()) {
+    std::vector<std::string> names;
+    for (const BenchmarkSequence& sequence : experiment.sequences) names.push_back(sequence.name);
+    require_foreign_runs(arguments, names);
     experiment.foreign = read_foreign_runs(arguments, experiment.sequences);
+  }
   for (const FinishedRun& run : experiment.foreign) {
     auto& others = experiment.comparands.others;
     if (std::find(others.begin(), others.end(), run.figures.preset) == others.end())

@@ -178,6 +178,8 @@ class Reproduce(unittest.TestCase):
         self.assertGreater(rows["no-eq9"]["closure in the plane [m]"], 0)
         self.assertLess(rows["perfect"]["closure in the plane [m]"], 1e-6)
         self.assertIsNone(rows["perfect"]["tracking [ms]"])
+        self.assertIn("perfect has no trajectory of ", done.stdout)
+        self.assertIn("perfect", {row["system"] for row in self.figures("crane", out)["tables"][1]["rows"]})
 
     def test_the_documents_name_tables_that_the_command_makes(self):
         data, out = self.folder / "slow", self.folder / "all_tables"

@@ -8,6 +8,11 @@
 
 namespace stillmap {
 
+/// Returns the number of threads that this computer runs at once, at least 1.
+inline int all_threads() {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 /// Calls a worker for every index below `count`, on several threads. The order of the calls is
 /// open, so a result must not depend on it. The calls must not throw.
 /// @param threads     number of threads, the caller's included; less than 2: the caller's alone

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/dense_map.hpp"
 
+#include "stillmap/base/parallel_for.hpp"
 #include "stillmap/dense/open_view.hpp"
 #include "stillmap/dense/surface_refinement.hpp"
 #include "stillmap/dense/view_colors.hpp"
 #include "stillmap/dense/view_fusion.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace stillmap {
@@ -44,14 +46,25 @@ void keep_one_per_voxel(PlacedMap& placed) {
   placed.points.resize(best.size());
 }
 
-/// Moves the points onto the surface. Layers of voxels further apart than the noise of a near view
-/// meet step by step.
+/// Moves the points onto the surface, in steps: layers of voxels further apart than the noise of a
+/// near view meet after the first one.
 void refine(PlacedMap& placed) {
-  constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds; ++round) {
-    placed.points = refined_points(placed.points, placed.views);
-    keep_one_per_voxel(placed);
+  constexpr int kSteps = 3;
+  const auto resting = static_cast<float>(0.1 * placed.grid->edge());
+  std::vector<std::size_t> moving(placed.points.size());
+  std::iota(moving.begin(), moving.end(), std::size_t{0});
+  for (int step = 0; step < kSteps; ++step) {
+    std::vector<Eigen::Vector3f> points;
+    for (const std::size_t i : moving) points.push_back(placed.points[i]);
+    const std::vector<Eigen::Vector3f> refined = refined_points(points, placed.views);
+    std::vector<std::size_t> still_moving;
+    for (std::size_t k = 0; k < moving.size(); ++k) {
+      placed.points[moving[k]] = refined[k];
+      if ((refined[k] - points[k]).norm() > resting) still_moving.push_back(moving[k]);
+    }
+    moving = std::move(still_moving);
   }
+  keep_one_per_voxel(placed);
 }
 
 }  // namespace
@@ -193,7 +206,7 @@ void DenseMap::replace_same_viewpoint(std::uint64_t id) {
 std::shared_ptr<const StaticGrid> DenseMap::grid_of(const std::vector<PosedView>& views) const {
   const auto bound = static_cast<std::size_t>(options_.max_voxels);
   for (double edge = options_.voxel;; edge *= 2) {
-    const auto grid = std::make_shared<StaticGrid>(edge, options_.evidence);
+    const auto grid = std::make_shared<StaticGrid>(edge, options_.evidence, StaticGrid::kAll, all_threads());
     for (const auto& [view, T_world_camera] : views) {
       grid->add(*view, T_world_camera);
       if (grid->index().size() > bound) break;

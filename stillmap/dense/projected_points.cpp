@@ -3,7 +3,6 @@
 
 #include "stillmap/dense/voxel_index.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace stillmap {
@@ -19,20 +18,6 @@ ViewProjection::ViewProjection(const PosedView& posed, float margin)
       rows_(static_cast<float>(posed.view->depth.rows)),
       margin_(margin) {}
 
-std::optional<ProjectedPoint> ViewProjection::operator()(const Eigen::Vector3f& p_world) const {
-  constexpr float kNearest = 0.1F;  // [m]
-  const Eigen::Vector3f p = R_ * p_world + t_;
-  if (p.z() < kNearest) return std::nullopt;
-  const float u = fx_ * p.x() / p.z() + cx_, v = fy_ * p.y() / p.z() + cy_;
-  const auto in_range = [&](float x, float size) {
-    return x >= -margin_ && x <= size - 1 + margin_;
-  };
-  if (!in_range(u, cols_) || !in_range(v, rows_)) return std::nullopt;
-  const float x = std::clamp(u, 0.0F, cols_ - 1), y = std::clamp(v, 0.0F, rows_ - 1);
-  const float col = std::min(std::floor(x), cols_ - 2), row = std::min(std::floor(y), rows_ - 2);
-  return ProjectedPoint{static_cast<int>(row), static_cast<int>(col), x - col, y - row, p.z()};
-}
-
 // Distances from the camera's plane, and from the four planes through its center and the borders of
 // the image.
 bool ViewProjection::reaches(const Eigen::Vector3f& center, float radius) const {
@@ -45,14 +30,24 @@ bool ViewProjection::reaches(const Eigen::Vector3f& center, float radius) const 
          !is_beyond(fy_, p.y(), rows_ - cy_) && !is_beyond(fy_, -p.y(), cy_);
 }
 
-PointGroups::PointGroups(const std::vector<Eigen::Vector3f>& points) : points_(&points) {
+PointGroups::PointGroups(const std::vector<Eigen::Vector3f>& points) {
   VoxelIndex index;
-  for (std::uint32_t i = 0; i < points.size(); ++i) {
+  std::vector<std::vector<std::size_t>> members;
+  for (std::size_t i = 0; i < points.size(); ++i) {
     const auto voxel = voxel_at(points[i].cast<double>(), kSide);
     if (!voxel) continue;
     const std::uint32_t group = index.add(*voxel);
-    if (group == groups_.size()) groups_.push_back({center_of(*voxel, kSide).cast<float>(), {}});
-    groups_[group].points.push_back(i);
+    if (group == members.size()) members.emplace_back();
+    members[group].push_back(i);
+  }
+  for (std::uint32_t group = 0; group < members.size(); ++group) {
+    const std::size_t first = places_.size();
+    for (const std::size_t i : members[group]) {
+      places_.push_back(i);
+      points_.push_back(points[i]);
+    }
+    groups_.push_back(
+        {center_of(index.voxel(group), kSide).cast<float>(), first, places_.size()});
   }
 }
 

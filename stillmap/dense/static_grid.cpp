@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/static_grid.hpp"
 
+#include "stillmap/base/parallel_for.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -81,8 +83,9 @@ bool is_wide_surface(const DenseView& view, int row, int col, double pixel, doub
 
 }  // namespace
 
-StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::uint32_t previous_views)
-    : edge_(edge), options_(options), previous_views_(previous_views) {
+StaticGrid::StaticGrid(double edge, const EvidenceOptions& options, std::uint32_t previous_views,
+                       int threads)
+    : edge_(edge), options_(options), threads_(threads), previous_views_(previous_views) {
   require_voxel_size(edge, "dense voxel size");
 }
 
@@ -106,9 +109,9 @@ void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
   insert(voting_views_.back().placed);
   if (!options_.remove_ghosts) return view.drop_pages();
   const std::uint32_t newest = newest_view();
-  for (const std::uint32_t b : blocks_in_reach(voting_views_.back().placed)) {
-    vote(newest, b, {0, known});
-  }
+  const std::vector<std::uint32_t> blocks = blocks_in_reach(voting_views_.back().placed);
+  const auto vote_on = [&](std::size_t i) { vote(newest, blocks[i], {0, known}); };
+  parallel_for(blocks.size(), threads_, [&] { return vote_on; });
   vote_on_new({newest > previous_views_ ? newest - previous_views_ : 1, newest}, {known, kNone});
   view.drop_pages();
 }
@@ -399,15 +402,19 @@ std::vector<std::uint32_t> StaticGrid::blocks_in_reach(const PlacedView& placed)
 void StaticGrid::vote_on_new(Range views, Range cells) {
   std::map<std::uint32_t, std::vector<std::uint32_t>> by_region;
   for (const std::uint32_t b : blocks_of(cells)) by_region[region_of_block_[b]].push_back(b);
-  std::size_t done = 0;
-  for (const auto& [region, blocks] : by_region) {
-    for (std::uint32_t view = views.first; view < views.last; ++view) {
-      if (!reaches(voting_views_[view - 1].placed, regions_[region])) continue;
-      for (const std::uint32_t b : blocks) vote(view, b, cells);
-    }
-    if (++done % kRegionsAtOnce == 0) drop_pages(views);
+  const std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> regions(by_region.begin(),
+                                                                                  by_region.end());
+  for (std::size_t first = 0; first < regions.size(); first += kRegionsAtOnce) {
+    const auto vote_on = [&](std::size_t i) {
+      const auto& [region, blocks] = regions[first + i];
+      for (std::uint32_t view = views.first; view < views.last; ++view) {
+        if (!reaches(voting_views_[view - 1].placed, regions_[region])) continue;
+        for (const std::uint32_t b : blocks) vote(view, b, cells);
+      }
+    };
+    parallel_for(std::min(kRegionsAtOnce, regions.size() - first), threads_, [&] { return vote_on; });
+    drop_pages(views);
   }
-  drop_pages(views);
 }
 
 void StaticGrid::drop_pages(Range views) const {

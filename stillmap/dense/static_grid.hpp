@@ -61,9 +61,10 @@ class StaticGrid {
 
   /// @param edge   side of a voxel [m]
   /// @param previous_views number of views before a new one that vote on the cells that it adds
+  /// @param threads number of threads that vote
   /// Throws Error if `edge` or an option is out of range.
   explicit StaticGrid(double edge, const EvidenceOptions& options = {},
-                      std::uint32_t previous_views = kAll);
+                      std::uint32_t previous_views = kAll, int threads = 1);
 
   /// Adds a keyframe's view, which must outlive the grid, or at least the next `previous_views`
   /// calls. Its pages are dropped after every use.
@@ -150,6 +151,7 @@ class StaticGrid {
 
   double edge_;
   EvidenceOptions options_;
+  int threads_;
   std::uint32_t previous_views_;
   VoxelIndex index_;
   std::uint32_t first_far_ = kAll;

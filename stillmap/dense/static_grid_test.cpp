@@ -310,6 +310,18 @@ TEST(StaticGrid, RemovesFarSurfacesThatOthersSeeThrough) {
   EXPECT_EQ(in_front_of_wall(voted), 0);
 }
 
+TEST(StaticGrid, IsTheSameWithSeveralThreads) {
+  const DenseView with = wall_with_object(40), without = wall_with_object(-1), far = far_wall(1);
+  StaticGrid one(0.01), several(0.01, {}, StaticGrid::kAll, 3);
+  for (StaticGrid* grid : {&one, &several}) {
+    for (const DenseView* view : {&with, &far, &without, &without, &without})
+      grid->add(*view, Pose());
+    grid->fill_far();
+  }
+  EXPECT_LT(static_points(one).size(), one.index().size()) << "there are votes";
+  EXPECT_EQ(static_points(one), static_points(several));
+}
+
 TEST(StaticGrid, RefusesVoxelsWithoutSize) { EXPECT_THROW(StaticGrid(0), Error); }
 
 }  // namespace

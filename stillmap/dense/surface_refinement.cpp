@@ -36,24 +36,25 @@ float depth_at(const DenseView& view, const ProjectedPoint& point, float toleran
 std::vector<Eigen::Vector3f> refined_points(const std::vector<Eigen::Vector3f>& points,
                                             const std::vector<PosedView>& views) {
   const TraceScope scope("surface refinement");
-  std::vector<Eigen::Vector4f> sums(points.size(), Eigen::Vector4f::Zero());
   const PointGroups groups(points);
+  std::vector<Eigen::Vector4f> sums(groups.size(), Eigen::Vector4f::Zero());
   for (const PosedView& posed : views) {
     const DenseView& view = *posed.view;
     const auto tolerance = view.camera.depth_sensor.tolerance<float>(kSigmas, kPoseError);
     const DepthWeight weight(view.camera.depth_sensor);
     const Eigen::Vector3f eye = posed.T_world_camera.translation().cast<float>();
-    groups.for_each_in(ViewProjection(posed), [&](std::uint32_t point, const auto& projected) {
+    const auto add = [&](std::size_t i, const ProjectedPoint& projected) {
       const float z = depth_at(view, projected, tolerance.at(projected.z));
       if (z <= 0) return;
-      const Eigen::Vector3f shift = (z / projected.z - 1) * (points[point] - eye);
-      sums[point] += weight.at(z) * shift.homogeneous();
-    });
+      const Eigen::Vector3f shift = (z / projected.z - 1) * (groups.point(i) - eye);
+      sums[i] += weight.at(z) * shift.homogeneous();
+    };
+    groups.for_each_in(ViewProjection(posed), all_threads(), add);
     view.drop_pages();
   }
   std::vector<Eigen::Vector3f> refined = points;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (sums[i][3] > 0) refined[i] += sums[i].head<3>() / sums[i][3];
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (sums[i][3] > 0) refined[groups.place(i)] += sums[i].head<3>() / sums[i][3];
   }
   return refined;
 }

@@ -55,18 +55,19 @@ ColorSample color_at(const DenseView& view, const ProjectedPoint& point, float t
   return {sum / shown, shown * near, true};
 }
 
-/// Calls `use(view, point, sample)` for all points in each view, by view.
+/// Calls `use(view, i, sample)` for all points in each view, by view. With several threads the order
+/// of the points is open.
 template <typename Use>
-void for_each_sample(const std::vector<Eigen::Vector3f>& points,
-                     const std::vector<PosedView>& views, const Use& use) {
+void for_each_sample(const PointGroups& points, const std::vector<PosedView>& views, int threads,
+                     const Use& use) {
   constexpr float kMargin = 1;  // the surface of a pixel reaches beyond its center [pixels]
-  const PointGroups groups(points);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const DenseView& view = *views[i].view;
+  for (std::size_t number = 0; number < views.size(); ++number) {
+    const DenseView& view = *views[number].view;
     const auto agreement = view.camera.depth_sensor.tolerance<float>(kSigmas, kFloor);
-    groups.for_each_in(ViewProjection(views[i], kMargin), [&](std::uint32_t point, const auto& at) {
-      use(i, point, color_at(view, at, agreement.at(at.z)));
-    });
+    const auto use_color = [&](std::size_t i, const ProjectedPoint& at) {
+      use(number, i, color_at(view, at, agreement.at(at.z)));
+    };
+    points.for_each_in(ViewProjection(views[number], kMargin), threads, use_color);
     view.drop_pages();
   }
 }
@@ -80,7 +81,8 @@ struct LogColor {
 std::vector<LogColor> log_colors(const std::vector<Eigen::Vector3f>& points,
                                  const std::vector<PosedView>& views) {
   std::vector<LogColor> logs;
-  for_each_sample(points, views, [&](std::size_t view, std::uint32_t point, const auto& sample) {
+  const PointGroups groups(points);
+  for_each_sample(groups, views, 1, [&](std::size_t view, std::size_t point, const auto& sample) {
     if (!sample.is_shown || sample.rgb.minCoeff() < kDarkest || sample.rgb.maxCoeff() > kBrightest)
       return;
     logs.push_back({static_cast<int>(view), static_cast<int>(point),
@@ -144,17 +146,18 @@ std::vector<Rgb> surface_colors(const std::vector<Eigen::Vector3f>& points,
                                 const std::vector<PosedView>& views,
                                 const std::vector<Eigen::Vector3f>& gains) {
   const TraceScope scope("surface colors");
-  std::vector<Eigen::Vector4f> sums(points.size(), Eigen::Vector4f::Zero());
-  for_each_sample(points, views, [&](std::size_t view, std::uint32_t point, const auto& sample) {
+  const PointGroups groups(points);
+  std::vector<Eigen::Vector4f> sums(groups.size(), Eigen::Vector4f::Zero());
+  const auto add = [&](std::size_t view, std::size_t i, const ColorSample& sample) {
     const Eigen::Vector3f rgb = sample.rgb.cwiseProduct(gains[view]).cwiseMin(255.0F);
-    sums[point] += sample.weight * rgb.homogeneous();
-  });
-  std::vector<Rgb> colors;
-  colors.reserve(points.size());
-  for (const Eigen::Vector4f& sum : sums) {
-    const Eigen::Vector3f rgb = sum.head<3>() / std::max(sum[3], 1e-20F);
+    sums[i] += sample.weight * rgb.homogeneous();
+  };
+  for_each_sample(groups, views, all_threads(), add);
+  std::vector<Rgb> colors(points.size(), Rgb{0, 0, 0});
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const Eigen::Vector3f rgb = sums[i].head<3>() / std::max(sums[i][3], 1e-20F);
     const auto channel = [&](int c) { return static_cast<std::uint8_t>(std::lround(rgb[c])); };
-    colors.push_back({channel(0), channel(1), channel(2)});
+    colors[groups.place(i)] = {channel(0), channel(1), channel(2)};
   }
   return colors;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/view_fusion.hpp"
 
+#include "stillmap/base/parallel_for.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/dense/fused_depth.hpp"
 #include "stillmap/dense/view_pager.hpp"
@@ -70,16 +71,22 @@ std::vector<std::shared_ptr<const DenseView>> fused_views(const std::vector<Pose
   const TraceScope scope("fused views");
   ViewPager pager(memory);
   std::uint64_t bytes_in_memory = 0;
-  std::vector<std::shared_ptr<const DenseView>> fused;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const auto view = std::make_shared<DenseView>(fused_view(views, i));
-    const std::size_t bytes = view->bytes_in_memory();
-    if (bytes_in_memory + bytes <= pager.limit() || !pager.page_out(*view))
-      bytes_in_memory += bytes;
-    view->drop_pages();
-    fused.push_back(view);
+  std::vector<std::shared_ptr<DenseView>> fused(views.size());
+  const auto at_once = static_cast<std::size_t>(all_threads());
+  for (std::size_t first = 0; first < views.size(); first += at_once) {
+    const std::size_t count = std::min(at_once, views.size() - first);
+    const auto fuse = [&](std::size_t i) {
+      fused[first + i] = std::make_shared<DenseView>(fused_view(views, first + i));
+    };
+    parallel_for(count, all_threads(), [&] { return fuse; });
+    for (std::size_t i = first; i < first + count; ++i) {
+      const std::size_t bytes = fused[i]->bytes_in_memory();
+      if (bytes_in_memory + bytes <= pager.limit() || !pager.page_out(*fused[i]))
+        bytes_in_memory += bytes;
+      fused[i]->drop_pages();
+    }
   }
-  return fused;
+  return {fused.begin(), fused.end()};
 }
 
 }  // namespace stillmap

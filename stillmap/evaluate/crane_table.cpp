@@ -16,6 +16,7 @@ struct CraneFigures {
   double ate = 0, plane = 0, plane_percent = 0, space = 0, tracked = 0, tracking_ms = 0;
   double points = 0, ghosts = 0;
   bool timed = true, has_map = true;  ///< Whether all runs have times, or maps.
+  std::vector<double> planes = {};    ///< `plane` of each run.
 };
 
 CraneFigures mean_of(std::span<const PaperRun> runs, const std::string& sequence,
@@ -28,6 +29,7 @@ CraneFigures mean_of(std::span<const PaperRun> runs, const std::string& sequence
     ++mean.runs;
     mean.ate += run.evaluation->ate.translation.rmse;
     mean.plane += closure.plane;
+    mean.planes.push_back(closure.plane);
     mean.plane_percent += closure.plane_percent();
     mean.space += closure.space;
     mean.tracked += 100 * run.evaluation->coverage.share();
@@ -79,7 +81,9 @@ FigureTable crane_table(const Paper& paper, std::span<const PaperRun> runs,
     const auto map_cell = [&](double value) {
       return mean.has_map ? cell(value, 0) : FigureCell();
     };
-    table.rows.push_back({run.sequence, run.preset, cell(mean.plane, 4),
+    FigureCell plane = cell(mean.plane, 4);
+    plane.runs = mean.planes;
+    table.rows.push_back({run.sequence, run.preset, plane,
                           FigureCell(improvement(baseline, mean), 2), cell(mean.plane_percent, 3),
                           cell(mean.space, 4), cell(mean.ate, 4), cell(mean.tracked, 1),
                           mean.timed ? cell(mean.tracking_ms, 1) : FigureCell(),

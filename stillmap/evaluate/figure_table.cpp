@@ -63,6 +63,13 @@ FigureTable in_markdown(FigureTable table) {
   return table;
 }
 
+/// Returns a number with these decimals, ties away from zero: 83.355, which no binary number is,
+/// becomes 83.36.
+std::string rounded(double value, int decimals) {
+  constexpr double kError = 1e-12;  // of a binary number, relative
+  return fmt::format("{:.{}f}", value * (1 + kError), decimals);
+}
+
 }  // namespace
 
 FigureCell::FigureCell(std::optional<double> figure, int digits) : decimals(digits) {
@@ -72,10 +79,10 @@ FigureCell::FigureCell(std::optional<double> figure, int digits) : decimals(digi
 std::string FigureCell::shown() const {
   if (value && runs.size() > 1) {
     std::vector<std::string> all;
-    for (const double run : runs) all.push_back(fmt::format("{:.{}f}", run, decimals));
-    return fmt::format("{:.{}f} ({})", *value, decimals, fmt::join(all, " "));
+    for (const double run : runs) all.push_back(rounded(run, decimals));
+    return fmt::format("{} ({})", rounded(*value, decimals), fmt::join(all, " "));
   }
-  if (value) return fmt::format("{:.{}f}", *value, decimals);
+  if (value) return rounded(*value, decimals);
   return text.empty() ? "-" : text;
 }
 

@@ -56,5 +56,11 @@ TEST(FigureCell, IsADashForAValueThatIsNotFinite) {
   EXPECT_EQ(FigureCell(0.00194, 4).shown(), "0.0019");
 }
 
+TEST(FigureCell, RoundsTiesOfDecimalNumbersUp) {
+  EXPECT_EQ(FigureCell((83.35 + 83.36) / 2, 2).shown(), "83.36");
+  EXPECT_EQ(FigureCell(-27.345, 2).shown(), "-27.35");
+  EXPECT_EQ(FigureCell(83.3549, 2).shown(), "83.35");
+}
+
 }  // namespace
 }  // namespace stillmap

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -133,6 +134,20 @@ std::optional<double> with_network_ms_of(const PaperRun& run) {
   return run.timed ? std::optional(run.tracking_ms + run.waiting_ms) : std::nullopt;
 }
 
+/// Returns a note for each run without a pose for many frames, which its error does not contain.
+std::vector<std::string> incomplete_runs(std::span<const PaperRun> runs) {
+  constexpr double kFew = 0.95;
+  std::vector<std::string> notes;
+  for (const PaperRun& run : runs) {
+    if (!run.evaluation || run.evaluation->coverage.share() >= kFew) continue;
+    notes.push_back(fmt::format("{} has poses for {:.1f} % of the frames of {} (run from frame {}): "
+                                "its error is that of these frames only.",
+                                run.preset, 100 * run.evaluation->coverage.share(), run.sequence,
+                                run.first));
+  }
+  return notes;
+}
+
 /// Name prefixes of the sequences in which people walk.
 constexpr std::array kWalking{"walking_", "kitchen_walking_"};
 
@@ -165,6 +180,9 @@ class TableMaker {
       }
     }
     if (!published_.remark.empty()) table.notes.push_back(published_.remark);
+    if (has_means(table) && !published_.systems.empty())
+      table.notes.emplace_back("Published means are those of the published figures.");
+    if (!times()) std::ranges::copy(incomplete_runs(runs_), std::back_inserter(table.notes));
     return table;
   }
 
@@ -176,6 +194,10 @@ class TableMaker {
   bool publishes(const std::string& system) const {
     const auto& systems = published_.systems;
     return std::find(systems.begin(), systems.end(), system) != systems.end();
+  }
+  static bool has_means(const FigureTable& table) {
+    return std::any_of(table.rows.begin(), table.rows.end(),
+                       [](const auto& row) { return row[0].text.starts_with("mean of "); });
   }
   bool publishes_improvement() const {
     return improves() && publishes(paper_.baseline) && publishes(paper_.system);
@@ -351,8 +373,10 @@ void remove_empty_columns(FigureTable& table) {
   }
 }
 
-FigureTable cost_table(const Paper& paper, std::span<const PaperRun> runs) {
-  const std::array<std::string, 3> presets{kPaperBaseline, paper.preset, kOwnSystem};
+FigureTable cost_table(const Paper& paper, std::span<const PaperRun> runs,
+                       const Comparands& comparands) {
+  std::vector<std::string> presets{kPaperBaseline, paper.preset, kOwnSystem};
+  presets.insert(presets.end(), comparands.others.begin(), comparands.others.end());
   FigureTable table;
   table.title = paper.preset + ": time per frame, and frames tracked";
   table.columns = {"sequence"};
@@ -435,7 +459,7 @@ std::vector<FigureTable> paper_tables(const Paper& paper, std::span<const PaperR
   std::vector<FigureTable> tables;
   for (const PublishedTable& published : paper.tables)
     tables.push_back(TableMaker(paper, published, runs, comparands).make());
-  tables.push_back(cost_table(paper, runs));
+  tables.push_back(cost_table(paper, runs, comparands));
   return tables;
 }
 

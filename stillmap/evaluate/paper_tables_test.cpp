@@ -49,6 +49,24 @@ TEST(PaperTables, AverageTheRunsBeforeTheImprovementRateIsComputed) {
   EXPECT_EQ(cell(table, "walking_xyz", "RMSE", "fused").value, std::nullopt);
 }
 
+TEST(PaperTables, TellWhichRunsHavePosesForAPartOfTheFramesOnly) {
+  std::vector<PaperRun> runs = some_runs();
+  for (PaperRun& run : runs) run.evaluation->coverage = {99, 100, false};
+  runs.push_back(run_of("ORB-SLAM3", "walking_xyz", 0.001, 0));
+  runs.back().evaluation->coverage = {12, 60, false};
+  runs.back().timed = false;
+  const auto tables = paper_tables(find_paper("seg-mask"), runs, {.others = {"ORB-SLAM3"}});
+  const auto& notes = tables.front().notes;
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(), [](const std::string& note) {
+    return note.starts_with("ORB-SLAM3 has poses for 20.0 % of the frames of walking_xyz");
+  }), 1);
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(), [](const std::string& note) {
+    return note.find("has poses for") != std::string::npos;
+  }), 1);
+  const auto& columns = tables.back().columns;
+  EXPECT_NE(std::find(columns.begin(), columns.end(), "ORB-SLAM3, frames tracked [%]"), columns.end());
+}
+
 TEST(PaperTables, HaveNoMeanOverOtherStartsThanTheBaselines) {
   std::vector<PaperRun> runs = some_runs();
   runs.push_back(failed_run());
