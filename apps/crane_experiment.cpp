@@ -137,7 +137,8 @@ std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
       paper.title, protocol, table_markdown(table), table_markdown(ate));
   print_out("\n{}\n", text);
   folder.write_text("crane.md", text);
-  folder.write_text("crane.tex", fmt::format("% {}\n\n{}\n{}", protocol, table_latex(table), table_latex(ate)));
+  folder.write_text("crane.tex",
+                    fmt::format("% {}\n\n{}\n{}", protocol, table_latex(table), table_latex(ate)));
   const nlohmann::json json{{"stillmap", STILLMAP_VERSION},
                             {"paper", kName},
                             {"source", paper.source},

@@ -206,7 +206,8 @@ void DenseMap::replace_same_viewpoint(std::uint64_t id) {
 std::shared_ptr<const StaticGrid> DenseMap::grid_of(const std::vector<PosedView>& views) const {
   const auto bound = static_cast<std::size_t>(options_.max_voxels);
   for (double edge = options_.voxel;; edge *= 2) {
-    const auto grid = std::make_shared<StaticGrid>(edge, options_.evidence, StaticGrid::kAll, all_threads());
+    const auto grid =
+        std::make_shared<StaticGrid>(edge, options_.evidence, StaticGrid::kAll, all_threads());
     for (const auto& [view, T_world_camera] : views) {
       grid->add(*view, T_world_camera);
       if (grid->index().size() > bound) break;

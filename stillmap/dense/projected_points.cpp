@@ -46,8 +46,7 @@ PointGroups::PointGroups(const std::vector<Eigen::Vector3f>& points) {
       places_.push_back(i);
       points_.push_back(points[i]);
     }
-    groups_.push_back(
-        {center_of(index.voxel(group), kSide).cast<float>(), first, places_.size()});
+    groups_.push_back({center_of(index.voxel(group), kSide).cast<float>(), first, places_.size()});
   }
 }
 

@@ -37,8 +37,8 @@ class ViewProjection {
     const Eigen::Vector3f p = R_ * p_world + t_;
     if (p.z() < kNearest) return std::nullopt;
     const float u = fx_ * p.x() / p.z() + cx_, v = fy_ * p.y() / p.z() + cy_;
-    const bool inside = u >= -margin_ && v >= -margin_ && u <= cols_ - 1 + margin_ &&
-                        v <= rows_ - 1 + margin_;
+    const bool inside =
+        u >= -margin_ && v >= -margin_ && u <= cols_ - 1 + margin_ && v <= rows_ - 1 + margin_;
     if (!inside) return std::nullopt;
     const float x = std::clamp(u, 0.0F, cols_ - 1), y = std::clamp(v, 0.0F, rows_ - 1);
     const int col = std::min(static_cast<int>(x), static_cast<int>(cols_) - 2);
@@ -66,8 +66,8 @@ class PointGroups {
   const Eigen::Vector3f& point(std::size_t i) const { return points_[i]; }
   std::size_t place(std::size_t i) const { return places_[i]; }
 
-  /// Calls `use(i, projected)` for all points in the image of a view. With several threads the order
-  /// of the points is open.
+  /// Calls `use(i, projected)` for all points in the image of a view. With several threads the
+  /// order of the points is open.
   template <typename Use>
   void for_each_in(const ViewProjection& view, int threads, const Use& use) const {
     constexpr auto kRadius = static_cast<float>(0.87 * kSide);  // half a diagonal

@@ -412,7 +412,8 @@ void StaticGrid::vote_on_new(Range views, Range cells) {
         for (const std::uint32_t b : blocks) vote(view, b, cells);
       }
     };
-    parallel_for(std::min(kRegionsAtOnce, regions.size() - first), threads_, [&] { return vote_on; });
+    parallel_for(std::min(kRegionsAtOnce, regions.size() - first), threads_,
+                 [&] { return vote_on; });
     drop_pages(views);
   }
 }

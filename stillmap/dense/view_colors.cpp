@@ -55,8 +55,8 @@ ColorSample color_at(const DenseView& view, const ProjectedPoint& point, float t
   return {sum / shown, shown * near, true};
 }
 
-/// Calls `use(view, i, sample)` for all points in each view, by view. With several threads the order
-/// of the points is open.
+/// Calls `use(view, i, sample)` for all points in each view, by view. With several threads the
+/// order of the points is open.
 template <typename Use>
 void for_each_sample(const PointGroups& points, const std::vector<PosedView>& views, int threads,
                      const Use& use) {

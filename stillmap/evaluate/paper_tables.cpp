@@ -140,10 +140,10 @@ std::vector<std::string> incomplete_runs(std::span<const PaperRun> runs) {
   std::vector<std::string> notes;
   for (const PaperRun& run : runs) {
     if (!run.evaluation || run.evaluation->coverage.share() >= kFew) continue;
-    notes.push_back(fmt::format("{} has poses for {:.1f} % of the frames of {} (run from frame {}): "
-                                "its error is that of these frames only.",
-                                run.preset, 100 * run.evaluation->coverage.share(), run.sequence,
-                                run.first));
+    notes.push_back(
+        fmt::format("{} has poses for {:.1f} % of the frames of {} (run from frame {}): "
+                    "its error is that of these frames only.",
+                    run.preset, 100 * run.evaluation->coverage.share(), run.sequence, run.first));
   }
   return notes;
 }

@@ -57,14 +57,20 @@ TEST(PaperTables, TellWhichRunsHavePosesForAPartOfTheFramesOnly) {
   runs.back().timed = false;
   const auto tables = paper_tables(find_paper("seg-mask"), runs, {.others = {"ORB-SLAM3"}});
   const auto& notes = tables.front().notes;
-  EXPECT_EQ(std::count_if(notes.begin(), notes.end(), [](const std::string& note) {
-    return note.starts_with("ORB-SLAM3 has poses for 20.0 % of the frames of walking_xyz");
-  }), 1);
-  EXPECT_EQ(std::count_if(notes.begin(), notes.end(), [](const std::string& note) {
-    return note.find("has poses for") != std::string::npos;
-  }), 1);
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                          [](const std::string& note) {
+                            return note.starts_with(
+                                "ORB-SLAM3 has poses for 20.0 % of the frames of walking_xyz");
+                          }),
+            1);
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                          [](const std::string& note) {
+                            return note.find("has poses for") != std::string::npos;
+                          }),
+            1);
   const auto& columns = tables.back().columns;
-  EXPECT_NE(std::find(columns.begin(), columns.end(), "ORB-SLAM3, frames tracked [%]"), columns.end());
+  EXPECT_NE(std::find(columns.begin(), columns.end(), "ORB-SLAM3, frames tracked [%]"),
+            columns.end());
 }
 
 TEST(PaperTables, HaveNoMeanOverOtherStartsThanTheBaselines) {
