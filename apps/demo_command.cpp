@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/machine.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/report/comparison_chart.hpp"
 #include "stillmap/segment/make_detector.hpp"
@@ -64,6 +65,7 @@ fs::path render(const DemoArguments& arguments) {
 RunRecord map(const DemoArguments& arguments, const fs::path& folder, const std::string& preset) {
   const SequencePaths paths = find_sequence(folder);
   Session session;
+  session.begun = seconds_since_start();
   session.sequence = "demo";
   session.options = read_options(preset);
   if (preset != "static") {

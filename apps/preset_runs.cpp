@@ -199,7 +199,12 @@ FinishedRun finished_run(const RunRequest& request, const BenchmarkSequence& seq
     const Options options = options_of(request);
     nlohmann::json summary = complete_summary(request, options);
     const bool kept = !summary.is_null();
-    if (!kept) summary = run_summary_json(run_session(session_of(request, options)));
+    if (!kept) {
+      const double begun = seconds_since_start();
+      Session session = session_of(request, options);
+      session.begun = begun;
+      summary = run_summary_json(run_session(std::move(session)));
+    }
     if (!interrupted()) {
       run = with_json_of(fs::path(request.out) / kRunSummary, "remove it",
                          [&] { return read_run(request, sequence, name, summary); });

@@ -132,6 +132,7 @@ void map_sequence(Session& session, ViewServer* server, Recorders& recorders, Re
   open_journal(session, slam, recorders, folder);
   if (recorders.warnings && (realtime || session.live)) recorders.warnings->watch_for_silence();
   drive(slam, *source, session.total_frames, recorders, record);
+  if (record.first_pose_seconds) *record.first_pose_seconds -= session.begun;
   if (recorders.warnings) {
     recorders.warnings->finish();
     record.warnings = recorders.warnings->told();

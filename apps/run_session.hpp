@@ -38,6 +38,7 @@ struct Session {
   std::unique_ptr<ViewServer> view;   ///< Serves the page that shows the run; null: none.
   bool quiet = false;                 ///< Whether summary and names of files are not printed.
   bool verbose = false;               ///< Whether events and times of stages are printed as well.
+  double begun = 0;  ///< Time from program start to this run, if the program makes several [s].
 };
 
 /// Throws Error if the run would overwrite a file that Stillmap did not write. For a check before

@@ -72,14 +72,14 @@ std::string static_page(TopicBoard& board) {
   board.publish(
       {{"type", "images"}, {"problem", "A page in one file has no images of the camera."}});
   std::string page(content_of("/index.html"));
-  replace(page, "<link rel=\"stylesheet\" href=\"/view.css\">",
+  replace(page, R"(<link rel="stylesheet" href="/view.css">)",
           fmt::format("<style>\n{}</style>", content_of("/view.css")));
   replace(page, "/icon.svg", data_url("image/svg+xml", content_of("/icon.svg")));
   for (const std::string_view path : {"/three.min.js", "/OrbitControls.js"}) {
     replace(page, fmt::format("<script src=\"{}\"></script>", path),
             fmt::format("<script>\n{}</script>", content_of(path)));
   }
-  replace(page, "<script type=\"module\" src=\"/main.js\"></script>",
+  replace(page, R"(<script type="module" src="/main.js"></script>)",
           fmt::format("{}<script type=\"importmap\">{}</script>\n"
                       "<script type=\"module\">import '{}';</script>",
                       messages_of(board), import_map(), module_name("/main.js")));
