@@ -31,7 +31,7 @@ namespace stillmap {
 /// The static dense map: the view of each keyframe, and the cloud of all views.
 struct DenseOptions {
   BackProjectionOptions back_projection;
-  OutlierOptions outliers;
+  OutlierOptions outliers = {.neighbors = 0};  ///< Off: the votes of the views replace it.
   FarOptions far;
   EvidenceOptions evidence;
   bool registration = false;  ///< Whether place() corrects the poses by registered().

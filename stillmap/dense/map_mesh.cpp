@@ -32,19 +32,9 @@ namespace {
 /// Returns the depth [m] at which the ray of a far pixel meets a far surface of the map within the
 /// noise of its depth; 0 if there is none.
 double far_depth(const PlacedView& placed, int row, int col, const StaticGrid& grid) {
-  constexpr double kReach = 3;  // standard deviations, as where the map was made
-  const double z = placed.depth(row, col);
-  const double reach = kReach * placed.view().camera.depth_sensor.sigma(z);
-  const int steps = 1 + static_cast<int>(2 * reach / grid.far_edge());
-  for (int i = 0; i <= 2 * steps; ++i) {
-    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;  // 0, 1, -1, 2 ...
-    const Eigen::Vector3d p =
-        placed.point(row, col) + 0.5 * step * grid.far_edge() * placed.ray(row, col);
-    const std::uint32_t cell = grid.far_cell_at(p);
-    if (cell != VoxelIndex::kNone && grid.is_static(cell))
-      return placed.in_camera(grid.mean(cell)).z();
-  }
-  return 0;
+  const std::uint32_t cell = grid.far_cell_on_ray(
+      placed, row, col, [&](std::uint32_t number) { return grid.is_static(number); });
+  return cell == VoxelIndex::kNone ? 0 : placed.in_camera(grid.mean(cell)).z();
 }
 
 /// A view whose far pixels have the depths of the map, and the pixels with a surface of the map.

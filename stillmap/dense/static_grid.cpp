@@ -316,34 +316,37 @@ std::uint32_t StaticGrid::far_cell(const PlacedView& placed, int row, int col,
   const Eigen::Vector3d p = placed.point(row, col), ray = placed.ray(row, col);
   const DepthSensor& sensor = placed.view().camera.depth_sensor;
   const double noise = kFarReach * sensor.sigma(placed.depth(row, col));
-  const double coarse = kNearSurfaceSide * edge_, side = kFarStep * edge_;
+  const double coarse = kNearSurfaceSide * edge_;
   const int probes = 1 + static_cast<int>(2 * noise / coarse);  // two per cube in both directions
   for (int i = -probes; i <= probes; ++i) {
     const auto voxel = voxel_at(p + 0.5 * i * coarse * ray, coarse);
     if (!voxel || near_surfaces.find(*voxel) != kNone) return kNone;
   }
-  const auto lattice_voxel = [&](const Eigen::Vector3d& point) -> std::optional<Voxel> {
-    const auto voxel = voxel_at(point, side);
-    return voxel ? std::optional(voxel_of(kFarStep * lattice_of(*voxel))) : std::nullopt;
-  };
-  const int steps = 1 + static_cast<int>(2 * noise / side);
-  for (int i = 0; i <= 2 * steps; ++i) {
-    const auto corner = lattice_voxel(p + 0.5 * alternating(i) * side * ray);
-    const std::uint32_t cell = corner ? index_.find(*corner) : kNone;
-    if (cell != kNone && is_far(cell)) return cell;
-  }
-  const auto corner = lattice_voxel(p);
+  const std::uint32_t known = far_cell_on_ray(placed, row, col, [](std::uint32_t) { return true; });
+  if (known != kNone) return known;
+  const auto corner = far_voxel(p);
   const std::uint32_t cell = corner ? cell_of(center_of(*corner, edge_)) : kNone;
   return is_far(cell) ? cell : kNone;
 }
 
-double StaticGrid::far_edge() const { return kFarStep * edge_; }
+std::optional<Voxel> StaticGrid::far_voxel(const Eigen::Vector3d& p_world) const {
+  const auto voxel = voxel_at(p_world, kFarStep * edge_);
+  return voxel ? std::optional(voxel_of(kFarStep * lattice_of(*voxel))) : std::nullopt;
+}
 
-std::uint32_t StaticGrid::far_cell_at(const Eigen::Vector3d& p_world) const {
-  const auto voxel = voxel_at(p_world, far_edge());
-  const std::uint32_t cell =
-      voxel ? index_.find(voxel_of(kFarStep * lattice_of(*voxel))) : VoxelIndex::kNone;
-  return cell != kNone && is_far(cell) ? cell : kNone;
+std::uint32_t StaticGrid::far_cell_on_ray(
+    const PlacedView& placed, int row, int col,
+    const std::function<bool(std::uint32_t cell)>& is_wanted) const {
+  const Eigen::Vector3d p = placed.point(row, col), ray = placed.ray(row, col);
+  const double side = kFarStep * edge_;
+  const double noise = kFarReach * placed.view().camera.depth_sensor.sigma(placed.depth(row, col));
+  const int steps = 1 + static_cast<int>(2 * noise / side);
+  for (int i = 0; i <= 2 * steps; ++i) {
+    const auto corner = far_voxel(p + 0.5 * alternating(i) * side * ray);
+    const std::uint32_t cell = corner ? index_.find(*corner) : kNone;
+    if (cell != kNone && is_far(cell) && is_wanted(cell)) return cell;
+  }
+  return kNone;
 }
 
 void StaticGrid::fill_far() {

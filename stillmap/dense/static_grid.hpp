@@ -11,6 +11,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -86,9 +88,10 @@ class StaticGrid {
   bool is_static(std::uint32_t number) const { return is_static(cells_[number]); }
   /// Returns whether a voxel consists of far pixels only.
   bool is_far(std::uint32_t number) const { return number >= first_far_; }
-  /// Side of the cells of far surfaces [m], and the one at a point (world frame), or kNone.
-  double far_edge() const;
-  std::uint32_t far_cell_at(const Eigen::Vector3d& p_world) const;
+  /// Returns the wanted cell of a far surface nearest to a pixel on its ray, within the noise of
+  /// its depth; VoxelIndex::kNone without one.
+  std::uint32_t far_cell_on_ray(const PlacedView& placed, int row, int col,
+                                const std::function<bool(std::uint32_t cell)>& is_wanted) const;
   /// Returns whether a second view has a surface in a voxel, or in its neighborhood of two voxels,
   /// if the first one has a mover next to it.
   bool is_confirmed(std::uint32_t number) const;
@@ -134,6 +137,7 @@ class StaticGrid {
   void add(const Sample& sample, std::uint32_t view, std::uint32_t number);
   void add_between(const VotingView& voter);
   void fill_far(std::uint32_t view, const VoxelIndex& near_surfaces);
+  std::optional<Voxel> far_voxel(const Eigen::Vector3d& p_world) const;
   std::uint32_t far_cell(const PlacedView& placed, int row, int col,
                          const VoxelIndex& near_surfaces);
   VoxelIndex find_near_surfaces() const;

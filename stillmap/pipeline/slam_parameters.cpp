@@ -129,8 +129,7 @@ void set_dense(const Options::Dense& from, DenseOptions& to) {
   to.registration = from.method == "registered";
   if (from.method != "votes") to.back_projection.max_jump = kAnyJump;
   to.memory.limit = memory_limit(from) - memory_limit(from) / kKeyframeShare;
-  to.outliers.deviations = from.outlier_deviations;
-  if (from.outlier_deviations == 0) to.outliers.neighbors = 0;
+  if (from.outlier_deviations > 0) to.outliers = {.deviations = from.outlier_deviations};
   to.movers = from.excluded_classes;
 }
 

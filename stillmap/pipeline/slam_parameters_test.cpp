@@ -94,10 +94,11 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.dense.evidence.remove_ghosts, defaults.dense.evidence.remove_ghosts);
   EXPECT_EQ(made.dense.registration, defaults.dense.registration);
   EXPECT_EQ(made.dense.back_projection.max_jump, defaults.dense.back_projection.max_jump);
-  EXPECT_EQ(made.dense.outliers.neighbors, 0) << "the votes of the views replace the filter";
+  EXPECT_EQ(made.dense.outliers.deviations, defaults.dense.outliers.deviations);
+  EXPECT_EQ(made.dense.outliers.neighbors, defaults.dense.outliers.neighbors);
   EXPECT_EQ(made.dense.movers, defaults.dense.movers);
-  EXPECT_EQ(made.dense.mesh.voxel, 0.01);
-  EXPECT_EQ(made.dense.mesh.truncation, 0.04) << "four voxels";
+  EXPECT_EQ(made.dense.mesh.voxel, defaults.dense.mesh.voxel);
+  EXPECT_EQ(made.dense.mesh.truncation, defaults.dense.mesh.truncation);
   EXPECT_EQ(made.dense.occupancy.cell, defaults.dense.occupancy.cell);
   EXPECT_EQ(made.dense.occupancy.lowest, defaults.dense.occupancy.lowest);
   EXPECT_EQ(made.dense.occupancy.highest, defaults.dense.occupancy.highest);
