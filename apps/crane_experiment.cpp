@@ -126,10 +126,7 @@ std::vector<std::string> reproduce_crane(const ReproduceArguments& arguments,
       with_masks.true_masks ? "true masks of workers, hook and vehicles" : "masks by a network",
       reference);
   std::vector<std::string> systems = presets;
-  for (const FinishedRun& run : foreign) {
-    if (std::find(systems.begin(), systems.end(), run.figures.preset) == systems.end())
-      systems.push_back(run.figures.preset);
-  }
+  std::ranges::copy(systems_of(foreign), std::back_inserter(systems));
   const FigureTable ate = summary_tables(runs, systems, reference).front().second;
   const std::string text = fmt::format(
       "# crane: {}\n\n{}\n\n<!-- table: crane -->\n\n{}\n<!-- end of table -->\n\n"

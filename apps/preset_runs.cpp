@@ -308,6 +308,15 @@ std::vector<Variant> variants_of(const ReproduceArguments& arguments) {
   return variants;
 }
 
+std::vector<std::string> systems_of(std::span<const FinishedRun> runs) {
+  std::vector<std::string> systems;
+  for (const FinishedRun& run : runs) {
+    if (std::find(systems.begin(), systems.end(), run.figures.preset) == systems.end())
+      systems.push_back(run.figures.preset);
+  }
+  return systems;
+}
+
 void require_foreign_runs(const ReproduceArguments& arguments,
                           std::span<const std::string> sequences) {
   std::set<std::string> names = preset_names();

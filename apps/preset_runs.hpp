@@ -62,6 +62,9 @@ bool can_run(const ReproduceArguments& arguments, const BenchmarkSequence& seque
 void check_models(const ReproduceArguments& arguments, std::span<const BenchmarkSequence> sequences,
                   std::span<const std::string> presets);
 
+/// Returns the names of the systems of some runs, in the order of their first runs.
+std::vector<std::string> systems_of(std::span<const FinishedRun> runs);
+
 /// Throws Error for a NAME of --baseline that another column has, and for a DIR that does not exist
 /// or has no trajectory of these sequences; prints the sequences that it lacks.
 void require_foreign_runs(const ReproduceArguments& arguments,

@@ -60,11 +60,8 @@ Experiment experiment_of(const ReproduceArguments& arguments, const std::vector<
     require_foreign_runs(arguments, names);
     experiment.foreign = read_foreign_runs(arguments, experiment.sequences);
   }
-  for (const FinishedRun& run : experiment.foreign) {
-    auto& others = experiment.comparands.others;
-    if (std::find(others.begin(), others.end(), run.figures.preset) == others.end())
-      others.push_back(run.figures.preset);
-  }
+  std::ranges::copy(systems_of(experiment.foreign),
+                    std::back_inserter(experiment.comparands.others));
   if (!experiment.foreign.empty())
     experiment.comparands.reference = experiment.foreign.front().figures.preset;
   const auto runs_nowhere = [&](const std::string& preset) {
