@@ -67,11 +67,11 @@ DenseView without_kinds(const Camera& camera, const RgbdFrame& frame, int stride
 // Marks static pixels near a mover's pixels with a depth in the range of theirs as doubtful, and
 // far surfaces as no surface.
 void mark_doubtful(DenseView& view) {
-  constexpr int kReach = 24;       // [pixels of the image]
-  constexpr float kMargin = 0.2F;  // of the range of depths [m]
+  constexpr double kReach = 24.0 / 640;  // of the image's width
+  constexpr float kMargin = 0.2F;        // of the range of depths [m]
   const cv::Mat1b movers = view.kind == kMoverSurface;
   if (cv::countNonZero(movers) == 0) return;
-  const int side = 2 * (kReach / view.stride) + 1;
+  const int side = 2 * static_cast<int>(kReach * view.kind.cols) + 1;
   const cv::Mat window = cv::getStructuringElement(cv::MORPH_RECT, {side, side});
   cv::Mat1w farthest = view.depth.clone(), nearest = view.depth.clone();
   farthest.setTo(0, movers == 0);

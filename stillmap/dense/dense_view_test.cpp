@@ -35,19 +35,36 @@ TEST(DenseView, KeepsEveryNthPixelAsItWas) {
 }
 
 TEST(DenseView, DistinguishesSurfacesMoversAndMissingDepth) {
-  RgbdFrame frame = frame_of(small_camera(), [](int u, int) { return u < 40 ? 9.0 : 2.0; });
-  frame.depth.at<float>(60, 100) = std::numeric_limits<float>::quiet_NaN();
+  const Camera camera = camera_of_width(640);
+  RgbdFrame frame = frame_of(camera, [](int u, int) { return u < 160 ? 9.0 : 2.0; });
+  frame.depth.at<float>(60, 400) = std::numeric_limits<float>::quiet_NaN();
   cv::Mat1b movers = cv::Mat1b::zeros(frame.depth.size());
-  movers(cv::Rect(120, 0, 40, 120)).setTo(1);
-  const DenseView view = view_of_frame(frame, movers);
-  EXPECT_EQ(view.kind(30, 10), kNoSurface);                          // too far for a surface
-  EXPECT_NEAR(view.depth(30, 10) * DenseView::kDepthUnit, 9, 2e-4);  // with its depth
-  EXPECT_EQ(view.kind(30, 40), kStaticSurface);
-  EXPECT_EQ(view.kind(30, 50), kNoSurface);  // no depth
-  EXPECT_EQ(view.depth(30, 50), 0);
-  EXPECT_EQ(view.kind(30, 58), kNoSurface);        // near the mask's outline
-  EXPECT_EQ(view.kind(30, 52), kDoubtfulSurface);  // near the mover and at its depth
-  EXPECT_EQ(view.kind(30, 70), kMoverSurface);
+  movers(cv::Rect(480, 0, 160, 480)).setTo(1);
+  const DenseView view = make_dense_view(camera, frame, movers, {.stride = 2}, {}).view;
+  EXPECT_EQ(view.kind(30, 40), kNoSurface);                          // too far for a surface
+  EXPECT_NEAR(view.depth(30, 40) * DenseView::kDepthUnit, 9, 2e-4);  // with its depth
+  EXPECT_EQ(view.kind(30, 160), kStaticSurface);
+  EXPECT_EQ(view.kind(30, 200), kNoSurface);  // no depth
+  EXPECT_EQ(view.depth(30, 200), 0);
+  EXPECT_EQ(view.kind(30, 238), kNoSurface);        // near the mask's outline
+  EXPECT_EQ(view.kind(30, 229), kDoubtfulSurface);  // near the mover and at its depth
+  EXPECT_EQ(view.kind(30, 227), kStaticSurface);
+  EXPECT_EQ(view.kind(30, 280), kMoverSurface);
+}
+
+TEST(DenseView, ReachOfAMoverGrowsWithTheImage) {
+  // Distance of the farthest doubtful pixel from a mover in the right half of the image.
+  const auto reach = [](const Camera& camera) {
+    const RgbdFrame frame = frame_of(camera, [](int, int) { return 2.0; });
+    cv::Mat1b movers = cv::Mat1b::zeros(frame.depth.size());
+    movers.colRange(camera.width / 2, camera.width).setTo(1);
+    const DenseView view = make_dense_view(camera, frame, movers, {.stride = 1}, {}).view;
+    int col = 0;
+    while (col < camera.width && view.kind(10, col) != kDoubtfulSurface) ++col;
+    return camera.width / 2 - col;
+  };
+  EXPECT_EQ(reach(camera_of_width(640)), 24);
+  EXPECT_EQ(reach(camera_of_width(320)), 12);
 }
 
 TEST(DenseView, BecomesCoarserOnTheSameRays) {

@@ -182,16 +182,19 @@ TEST(StaticGrid, KeepsAFloorOnWhichPeopleStoodInHalfOfTheViews) {
 
 TEST(StaticGrid, ConfirmsSurfacesNextToAMoverByASecondView) {
   // A mask covers half of a person who is in one view only, at the border of the known surface.
-  const auto frame_with = [](bool person) {
-    return frame_of(small_camera(), [=](int u, int) {
-      if (u > 100) return person && u <= 140 ? kObjectDepth : 0.0;  // no depth behind the person
+  const Camera camera = camera_of_width(640);
+  const auto frame_with = [&](bool person) {
+    return frame_of(camera, [=](int u, int) {
+      if (u > 400) return person && u <= 440 ? kObjectDepth : 0.0;  // no depth behind the person
       return kWallDepth;
     });
   };
-  cv::Mat1b half = cv::Mat1b::zeros(120, 160);
-  half(cv::Rect(100, 0, 22, 120)).setTo(255);
-  const DenseView with = view_of_frame(frame_with(true), half),
-                  without = view_of_frame(frame_with(false));
+  cv::Mat1b half = cv::Mat1b::zeros(480, 640);
+  half(cv::Rect(400, 0, 22, 480)).setTo(255);
+  const auto view_of = [&](bool person, const cv::Mat1b& movers) {
+    return make_dense_view(camera, frame_with(person), movers, {}, {}).view;
+  };
+  const DenseView with = view_of(true, half), without = view_of(false, {});
   StaticGrid grid(0.01);
   for (const DenseView* view : {&without, &with, &without}) grid.add(*view, Pose());
   std::size_t ghosts = 0, confirmed = 0;

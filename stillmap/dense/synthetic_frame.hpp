@@ -11,11 +11,20 @@
 
 namespace stillmap::testing_support {
 
-/// Returns a small camera for tests of this module.
-inline Camera small_camera() {
-  return {
-      .name = "test", .width = 160, .height = 120, .fx = 132, .fy = 132, .cx = 79.5, .cy = 59.5};
+/// Returns a camera of 62 degrees with images of 4 : 3.
+inline Camera camera_of_width(int width) {
+  const double focal = 0.825 * width;
+  return {.name = "test",
+          .width = width,
+          .height = width * 3 / 4,
+          .fx = focal,
+          .fy = focal,
+          .cx = 0.5 * (width - 1),
+          .cy = 0.5 * (width * 0.75 - 1)};
 }
+
+/// Returns a small camera for tests of this module.
+inline Camera small_camera() { return camera_of_width(160); }
 
 /// A plane n . p = d with |n| = 1 [m].
 struct Plane {

@@ -151,8 +151,7 @@ TEST(SlamDense, FindsMonitorsAtTheirTruePositions) {
     found_of_certain += detections > kMostFrames ? found : 0;
     found_of_detected += static_cast<std::size_t>(found);
   }
-  // Two monitors are in view all the time. One of them is missed.
-  EXPECT_GE(found_of_certain, 1);
+  EXPECT_EQ(found_of_certain, 2) << "two monitors are in view all the time";
   EXPECT_EQ(found_of_detected, result.dense.semantics.objects.size())
       << "every object is a monitor at its place";
   for (const StaticObject& object : result.dense.semantics.objects)
