@@ -42,9 +42,14 @@ constexpr double kLeastTurn = 2, kLeastWay = 0.05;  // [degrees], [m]
 constexpr std::size_t kMostMotions = 500;           // spread evenly over the estimate
 constexpr double kLeastDelay = 0.1, kLargestDelay = 3, kDelayStep = 0.05;  // [s]
 
+/// Shortest time from the first to the last of the motions by which another body is recognized [s]:
+/// those of one turn have one axis, and its error.
+constexpr double kLeastSpan = 2;
+
 /// A motion of the camera over one second, in the frame of its beginning.
 struct Motion {
   Pose truth, estimate;
+  double begin = 0;  ///< Timestamp [s].
 };
 
 /// Median sizes of motions and of their differences, rotations in degrees, displacements in meters.
@@ -80,7 +85,8 @@ std::vector<Motion> motions(const Trajectory& truth, const Trajectory& estimate,
     const auto true_begin = pose_at(truth, begin + delay);
     const auto true_end = pose_at(truth, end->timestamp + delay);
     if (!true_begin || !true_end) continue;
-    result.push_back({true_begin->inverse() * *true_end, T_begin.inverse() * end->T_world_camera});
+    result.push_back(
+        {true_begin->inverse() * *true_end, T_begin.inverse() * end->T_world_camera, begin});
   }
   return result;
 }
@@ -283,7 +289,9 @@ std::optional<Finding> finding_of_motions(const std::vector<Motion>& motions, co
   const bool turns = turn >= kLeastTurn && !scope.only_positions, moves = way >= kLeastWay;
   const double way_error = scope.only_positions ? s.length_error : s.way_error;
   const std::string between = fmt::format("{} and {}", names.estimate, names.truth);
-  if (turns && s.turn_error >= kAgreement && s.angle_error <= s.turn_error / kSameTurn)
+  const bool shows_bodies = motions.back().begin - motions.front().begin >= kLeastSpan;
+  if (shows_bodies && turns && s.turn_error >= kAgreement &&
+      s.angle_error <= s.turn_error / kSameTurn)
     return make_finding(
         "truth-body",
         fmt::format("{} turn by the same angles over 1 s (median {:.3g} degrees, difference "
@@ -316,7 +324,7 @@ std::optional<Finding> finding_of_motions(const std::vector<Motion>& motions, co
                                     s.way, names.estimate, s.true_way, names.truth),
                         "write both in meters, or check the depth factor",
                         {{"estimate_m", s.way}, {"truth_m", s.true_way}});
-  if (turns && turns_agree && !is_scaled && difference(s, scope) >= kDifference) {
+  if (shows_bodies && turns && turns_agree && !is_scaled && difference(s, scope) >= kDifference) {
     if (const auto p = lever_arm(motions, s))
       return make_finding(
           "truth-body",

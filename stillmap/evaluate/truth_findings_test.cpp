@@ -142,6 +142,18 @@ TEST(TruthFindings, NameATruthThatIsThePoseOfAnotherBody) {
               ElementsAre(AllOf(HasSubstr("about other axes"), HasSubstr("--truth-frame"))));
 }
 
+TEST(TruthFindings, NameNoOtherBodyAfterASingleTurn) {
+  // The axis of one turn of 70 degrees errs by as much as the tracking.
+  const Pose T_body_camera(so3_exp({0.03, -0.02, 0.02}), {0, 0, 0});
+  Trajectory camera;
+  for (int i = 0; i < 40; ++i)
+    camera.push_back({i / 30.0, Pose(so3_exp({0, 1.2 * i / 30.0, 0}), {0.1 * i / 30.0, 0, 0})});
+  const Trajectory estimate = estimated(camera, 0.002);
+  Trajectory body = camera;
+  for (auto& [stamp, T] : body) T = T * T_body_camera.inverse();
+  EXPECT_THAT(texts(body, estimate, kNames), IsEmpty());
+}
+
 TEST(TruthFindings, NameAnotherUnitOfLength) {
   const Trajectory truth = turning(), estimate = estimated(truth, 0.002);
   Trajectory millimeters = truth;

@@ -13,11 +13,9 @@ namespace stillmap {
 namespace {
 
 /// Limits of the number of keyframes in use, and least number of observations.
-constexpr std::size_t kMinKeyframes = 3, kMaxKeyframes = 60, kMinObservations = 500;
-/// The same for errors of three standard deviations.
-constexpr std::size_t kManyKeyframes = 5, kManyObservations = 1000;
+constexpr std::size_t kMinKeyframes = 5, kMaxKeyframes = 60, kMinObservations = 1000;
 /// Standard deviations by which a single intrinsic parameter must be wrong. In pieces of good
-/// recordings, among them such with people and three keyframes, corrections of more than 4 % of the
+/// recordings, among them such with people, corrections of more than 4 % of the
 /// focal length are up to 3.5 standard deviations.
 constexpr double kCertainAlone = 5;
 
@@ -80,15 +78,13 @@ CameraErrors camera_errors(const Map& map) {
   const CameraCalibration found = calibrate_camera(bundle.problem, AlikeErrors::kAssumed);
   const Camera& given = map.camera();
   const auto is_wrong = [&](CameraParameter i) { return is_wrong_alone(given, found, i); };
-  const bool many =
-      keyframes.size() >= kManyKeyframes && bundle.observations.size() >= kManyObservations;
   CameraErrors errors;
-  if ((many && shows_wrong_focal_lengths(given, found)) || is_wrong(kFx) || is_wrong(kFy))
+  if (shows_wrong_focal_lengths(given, found) || is_wrong(kFx) || is_wrong(kFy))
     errors.focal_length = corrected_focal_length(given, found);
   if (is_wrong(kCx) || is_wrong(kCy))
     errors.center =
         Eigen::Vector2d(given.cx + found.correction(kCx), given.cy + found.correction(kCy));
-  if (many && shows_distances(found)) errors.disparity_bow = found.correction(kDisparityBow);
+  if (shows_distances(found)) errors.disparity_bow = found.correction(kDisparityBow);
   return errors;
 }
 

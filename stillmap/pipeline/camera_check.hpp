@@ -21,7 +21,7 @@ struct CameraErrors {
 };
 
 /// Returns the errors that calibrate_camera() finds from the first 60 keyframes of the largest
-/// component: from three keyframes on those of five standard deviations, from five on the others.
+/// component, if it has at least five.
 CameraErrors camera_errors(const Map& map);
 
 }  // namespace stillmap
