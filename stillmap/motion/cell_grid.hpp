@@ -39,11 +39,27 @@ using CellGridPtr = std::shared_ptr<const CellGrid>;
 /// beyond which the distortion of its depth exceeds the noise.
 inline constexpr double kJudgedSigma = 0.041404;
 
+/// Motion of the camera while it exposes the rows of a depth image. Zero for a camera at rest and
+/// for images that are exposed at their timestamps.
+struct ExposureMotion {
+  /// Velocity of the camera in its own frame [m/s, rad/s].
+  Eigen::Vector3f v = Eigen::Vector3f::Zero(), w = Eigen::Vector3f::Zero();
+  ShutterTiming timing = {};
+
+  ExposureMotion() = default;
+  /// @param twist velocity (v, w)
+  ExposureMotion(const Eigen::Matrix<double, 6, 1>& twist, const ShutterTiming& shutter)
+      : v(twist.head<3>().cast<float>()), w(twist.tail<3>().cast<float>()), timing(shutter) {}
+};
+
 /// Projects the cells of a grid into the grid of the same camera at another pose, row by row, so
-/// that a row is computed without branches in vector instructions.
+/// that a row is computed without branches in vector instructions. The poses are those at the
+/// timestamps; rows that are exposed at other times are corrected by the camera's motion.
 class Reprojection {
  public:
-  Reprojection(const CellGrid& grid, const Pose& T_other_camera);
+  /// @param motion, other_motion those of the grid and of the other one
+  Reprojection(const CellGrid& grid, const Pose& T_other_camera, const ExposureMotion& motion = {},
+               const ExposureMotion& other_motion = {});
   void to_row(int row);
   /// Returns per column of the row the other grid's cell as row * columns + column, or -1 where the
   /// depth is unknown or the point is outside the other view.
@@ -52,9 +68,12 @@ class Reprojection {
   const std::vector<float>& depths() const { return depths_; }
 
  private:
+  float row_time(float row, const ShutterTiming& timing) const;
+
   const CellGrid& grid_;
   Eigen::Matrix3f R_;
   Eigen::Vector3f t_;
+  ExposureMotion motion_, other_;
   std::vector<float> x_, depths_;  // x_: x of the columns' rays at z = 1
   std::vector<int> cells_;
 };
@@ -62,8 +81,7 @@ class Reprojection {
 /// Calls f(row, column, z, cell', z') for every cell with depth, in rows, whose point projects into
 /// the grid of the same camera at another pose, at cell' = row' * columns + column' and depth z'.
 template <typename F>
-void for_each_reprojected(const CellGrid& grid, const Pose& T_other_camera, F&& f) {
-  Reprojection other(grid, T_other_camera);
+void for_each_reprojected(const CellGrid& grid, Reprojection other, F&& f) {
   for (int r = 0; r < grid.depth.rows; ++r) {
     other.to_row(r);
     const float* depth = grid.depth.ptr<float>(r);

@@ -58,6 +58,7 @@ struct Frame {
   FeaturesPtr recorded_features;  ///< of the image as recorded
   /// Velocity (v, w) of the camera in its own frame, for which they were compensated [m/s, rad/s].
   Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();
+  ExposureMotion exposure;  ///< Motion of the camera during the exposure of the depth image.
   CellGridPtr cells;
   SegmentedFramePtr instances;  ///< Null without a network or masks, or before the first result.
   InstanceCellsPtr instance_cells;  ///< Cells of `instances`; null if those are null.

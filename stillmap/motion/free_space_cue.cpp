@@ -68,7 +68,7 @@ void FreeSpaceCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
 
 void FreeSpaceCue::remember(const Frame& frame, const Pose& T_world_camera) {
   if (!views_.empty() && frame.index() < views_.back().frame_index + kViewInterval) return;
-  views_.push_back({frame.index(), T_world_camera, surface_of(frame)});
+  views_.push_back({frame.index(), T_world_camera, frame.exposure, surface_of(frame)});
   constexpr std::size_t kOldest = kAges.back() + kViewInterval;
   while (views_.front().frame_index + kOldest < frame.index()) views_.pop_front();
 }
@@ -116,7 +116,8 @@ void FreeSpaceCue::compare(const View& view, const MotionInput& input, MotionEvi
   const Pose T_view_camera = view.T_world_camera.inverse() * input.ego_motion->T_world_camera;
   const SurfaceTolerance tolerances(*input.cells);
   for_each_reprojected(
-      *input.cells, T_view_camera, [&](int r, int c, float z, int cell, float z_view) {
+      *input.cells, Reprojection(*input.cells, T_view_camera, input.exposure, view.exposure),
+      [&](int r, int c, float z, int cell, float z_view) {
         const DepthRange& seen = view.surface[static_cast<std::size_t>(cell)];
         if (seen.nearest <= 0 || z > max_depth) return;
         const float tolerance = tolerances.at(std::max(z, z_view), r, c, cell);

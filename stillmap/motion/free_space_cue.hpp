@@ -27,6 +27,7 @@ class FreeSpaceCue : public MotionCue {
   struct View {
     std::size_t frame_index = 0;
     Pose T_world_camera;
+    ExposureMotion exposure;
     std::vector<DepthRange> surface;  // per cell, row by row
   };
 

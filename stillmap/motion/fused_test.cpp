@@ -224,11 +224,12 @@ TEST(Spread, FollowsSurfacesAndStopsAtDepthEdges) {
 TEST(Reprojection, ACameraAtRestSeesEveryCellInItsPlace) {
   const CellGrid grid(cv::Mat(cv::Mat1f(240, 320, 2.5F)), test::small_camera());
   int seen = 0;
-  for_each_reprojected(grid, Pose(), [&](int r, int c, float z, int cell, float z2) {
-    EXPECT_EQ(r * grid.depth.cols + c, cell);
-    EXPECT_FLOAT_EQ(z, z2);
-    ++seen;
-  });
+  for_each_reprojected(grid, Reprojection(grid, Pose()),
+                       [&](int r, int c, float z, int cell, float z2) {
+                         EXPECT_EQ(r * grid.depth.cols + c, cell);
+                         EXPECT_FLOAT_EQ(z, z2);
+                         ++seen;
+                       });
   EXPECT_EQ(seen, grid.depth.rows * grid.depth.cols);
 }
 
@@ -251,15 +252,58 @@ TEST(Reprojection, AMovedCameraSeesTheCellsAtTheirProjections) {
       expected(r, c) = cell.y * grid.depth.cols + cell.x;
     }
   }
-  for_each_reprojected(grid, T_other_camera, [&](int r, int c, float, int cell, float z) {
-    found(r, c) = cell;
-    const Eigen::Vector3d p = T_other_camera * grid.camera.unproject(c, r, grid.depth(r, c));
-    EXPECT_NEAR(z, p.z(), 1e-5);
-  });
+  for_each_reprojected(
+      grid, Reprojection(grid, T_other_camera), [&](int r, int c, float, int cell, float z) {
+        found(r, c) = cell;
+        const Eigen::Vector3d p = T_other_camera * grid.camera.unproject(c, r, grid.depth(r, c));
+        EXPECT_NEAR(z, p.z(), 1e-5);
+      });
   // A point between two cells may fall on either.
   EXPECT_LT(cv::countNonZero(expected != found), 5);
   EXPECT_GT(cv::countNonZero(expected >= 0), 2000);
   EXPECT_GT(cv::countNonZero(expected < 0), 500);
+}
+
+/// Returns the depths of a tilted plane whose rows a moving camera exposes one after the other.
+CellGrid exposed(const Pose& T_world_camera, const Eigen::Matrix<double, 6, 1>& twist,
+                 const ShutterTiming& timing) {
+  const Camera camera = test::small_camera();
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.1, 0.5, 1).normalized();
+  cv::Mat1f depth(camera.height, camera.width);
+  for (int v = 0; v < depth.rows; ++v) {
+    const double time = ((v + 0.5) / depth.rows - 0.5) * timing.readout + timing.depth_delay;
+    const Pose T = T_world_camera * Pose::exp(time * twist);
+    const Eigen::Vector3d n = T.rotation().transpose() * normal;
+    const double d = 2.5 - normal.dot(T.translation());
+    for (int u = 0; u < depth.cols; ++u)
+      depth(v, u) = static_cast<float>(d / n.dot(camera.unproject(u, v, 1)));
+  }
+  return CellGrid(depth, camera);
+}
+
+TEST(Reprojection, CorrectsRowsThatAMovingCameraExposesAtOtherTimes) {
+  const ShutterTiming timing{.readout = 0.03, .depth_delay = 0.012};
+  Eigen::Matrix<double, 6, 1> twist, other_twist;  // [m/s, rad/s]
+  twist << 0.3, -0.2, 0.1, 1.5, 0.3, -1;
+  other_twist << -0.2, 0.3, -0.3, -1.2, 0.4, 1.5;
+  const Pose T_world_other(so3_exp({0.05, -0.1, 0.03}), {0.05, 0.03, -0.02});
+  const CellGrid grid = exposed(Pose(), twist, timing);
+  const CellGrid other = exposed(T_world_other, other_twist, timing);
+  const auto mean_error = [&](const ExposureMotion& motion, const ExposureMotion& other_motion) {
+    double sum = 0;
+    int count = 0;
+    for_each_reprojected(grid, Reprojection(grid, T_world_other.inverse(), motion, other_motion),
+                         [&](int, int, float, int cell, float z) {
+                           sum += std::abs(other.depth(cell) - z);
+                           ++count;
+                         });
+    EXPECT_GT(count, 3000);
+    return sum / count;
+  };
+  EXPECT_LT(mean_error({twist, timing}, {other_twist, timing}), 0.008) << "rounded to cells";
+  EXPECT_GT(mean_error({}, {}), 0.02);
+  EXPECT_GT(mean_error({twist, timing}, {}), 0.014);
+  EXPECT_GT(mean_error({}, {other_twist, timing}), 0.014);
 }
 
 }  // namespace

@@ -35,11 +35,13 @@ void HistoryCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     const cv::Mat1f& depth_before = input.previous->cells->depth;
     const cv::Mat1f& measured_before = input.previous->evidence.surface_measured;
     const auto memory = static_cast<float>(kMemory);
-    for_each_reprojected(*input.cells, ego.T_world_previous.inverse() * ego.T_world_camera,
-                         [&](int r, int c, float, int before, float z) {
-                           if (std::abs(depth_before(before) - z) > tolerance.at(z)) return;
-                           surfaces(r, c) += memory * measured_before(before);
-                         });
+    const Reprojection reprojection(*input.cells,
+                                    ego.T_world_previous.inverse() * ego.T_world_camera,
+                                    input.exposure, input.previous->exposure);
+    for_each_reprojected(*input.cells, reprojection, [&](int r, int c, float, int before, float z) {
+      if (std::abs(depth_before(before) - z) > tolerance.at(z)) return;
+      surfaces(r, c) += memory * measured_before(before);
+    });
   }
   surfaces = cv::max(least, cv::min(most, surfaces));
   if (!input.ego_motion) return;

@@ -17,6 +17,7 @@ struct MotionInput {
   FeaturesPtr features;
   PyramidShape pyramid{};  ///< Scales of the keypoints' pyramid levels.
   CellGridPtr cells;
+  ExposureMotion exposure{};    ///< Motion of the camera during the exposure of the depth image.
   SegmentedFramePtr instances;  ///< Null without a network or masks, or before the first result.
   /// Cells of `instances`; null if those are null or no cue provides surface evidence.
   InstanceCellsPtr instance_cells;

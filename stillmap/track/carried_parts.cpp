@@ -100,13 +100,14 @@ CellDepths compared(const CellGrid& a, const CellGrid& b, const Pose& T_b_a) {
     return std::abs(seen - expected) / b.tolerance.at(expected);
   };
   const auto* seen = b.depth.ptr<float>();
-  for_each_reprojected(a, T_b_a, [&](int r, int c, float z, int cell, float expected) {
-    const float here = b.depth(r, c), there = seen[cell];
-    if (here <= 0 || there <= 0) return;
-    const float at_rest = error(z, here), in_motion = error(expected, there);
-    if (in_motion < 1 && at_rest > kContradicts) depths.moving.push_back(z);
-    if (at_rest < 1 && in_motion > kContradicts) depths.resting.push_back(z);
-  });
+  for_each_reprojected(a, Reprojection(a, T_b_a),
+                       [&](int r, int c, float z, int cell, float expected) {
+                         const float here = b.depth(r, c), there = seen[cell];
+                         if (here <= 0 || there <= 0) return;
+                         const float at_rest = error(z, here), in_motion = error(expected, there);
+                         if (in_motion < 1 && at_rest > kContradicts) depths.moving.push_back(z);
+                         if (at_rest < 1 && in_motion > kContradicts) depths.resting.push_back(z);
+                       });
   return depths;
 }
 

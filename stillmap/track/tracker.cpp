@@ -72,11 +72,14 @@ Vector6d Tracker::twist_of(const RgbdFrame& image,
 
 void Tracker::compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const {
   frame.twist = twist_of(*frame.image, initial);
+  const ShutterTiming& timing = calibration_.timing();
+  if (options_.compensate_exposure)
+    frame.exposure = {frame.twist, {timing.readout, frame.image->depth_delay + timing.depth_delay}};
   const MotionCompensation compensation(*frame.image, model_.camera, frame.twist);
-  frame.features = options_.compensate_exposure && compensation.has_effect(calibration_.timing())
-                       ? std::make_shared<Features>(
-                             compensation.features(*frame.recorded_features, calibration_.timing()))
-                       : frame.recorded_features;
+  frame.features =
+      options_.compensate_exposure && compensation.has_effect(timing)
+          ? std::make_shared<Features>(compensation.features(*frame.recorded_features, timing))
+          : frame.recorded_features;
 }
 
 std::optional<InitialPose> Tracker::predict_pose(const Features& features,
