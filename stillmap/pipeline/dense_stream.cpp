@@ -6,6 +6,7 @@
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/segment/box_cluster.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
+#include "stillmap/track/global_shutter.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -54,7 +55,8 @@ cv::Mat1b mover_pixels(const Frame& frame, const std::vector<std::string>& class
 
 DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bool extend,
                          std::vector<AnchoredView> loaded)
-    : max_mask_age_(static_cast<std::size_t>(options.schedule.max_mask_age)),
+    : camera_(camera),
+      max_mask_age_(static_cast<std::size_t>(options.schedule.max_mask_age)),
       every_(static_cast<std::size_t>(options.dense.every)),
       realtime_(options.schedule.realtime),
       extend_(extend),
@@ -139,18 +141,21 @@ void DenseStream::work(const Task& task) {
 
 void DenseStream::add(const Task& task) {
   const TrackedFrame& tracked = *task.tracked;
-  const RgbdFrame& image = *tracked.frame->image;
+  const RgbdFrame& recorded = *tracked.frame->image;
   const std::vector<std::string>& classes = dense_.options().movers;
   SegmentedFrame objects;
   if (task.may_become_view) {
     objects = traced(span::kDenseLabels,
-                     [&] { return objects_in(task.found, image, classes, max_mask_age_); });
+                     [&] { return objects_in(task.found, recorded, classes, max_mask_age_); });
   }
   const TraceScope scope(tracked.proposal ? span::kDenseKeyframe : span::kDenseOtherFrame);
+  const GlobalShutter shutter(recorded, camera_, tracked.frame->exposure);
+  const RgbdFrame image = shutter.frame();
   const cv::Mat1b movers =
-      traced("mover pixels", [&] { return mover_pixels(*tracked.frame, classes); });
+      traced("mover pixels", [&] { return shutter.mask(mover_pixels(*tracked.frame, classes)); });
   if (fuse_) dense_.fuse(image, movers, *tracked.T_world_camera);
   if (!task.may_become_view) return;
+  objects = shutter.instances(std::move(objects));
   const std::uint64_t view = view_of(tracked.frame->index());
   if (tracked.proposal) {
     dense_.add(view, image, movers, tracked.T_world_camera, &objects);

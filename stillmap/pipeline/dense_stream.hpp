@@ -106,6 +106,7 @@ class DenseStream {
   std::uint64_t view_of(std::size_t frame_index) const { return loaded_views_ + frame_index; }
   std::optional<RelativePlace> place_in(const Map& map, std::uint64_t view) const;
 
+  Camera camera_;
   const std::size_t max_mask_age_;  // maximum age of the labels' detections [frames]
   // number of frames between two added frames that are not keyframes; 0: only keyframes are added
   const std::size_t every_;
