@@ -4,6 +4,7 @@
 #include "stillmap/base/parallel_for.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/dense/fused_depth.hpp"
+#include "stillmap/dense/smooth_depth_error.hpp"
 #include "stillmap/dense/view_pager.hpp"
 
 #include <algorithm>
@@ -44,13 +45,19 @@ cv::Mat1f static_depths(const DenseView& view) {
   return depths;
 }
 
-DenseView fused_view(const std::vector<PosedView>& views, std::size_t number) {
-  const DenseView& view = *views[number].view;
+DenseView corrected(const DenseView& view, const std::optional<SmoothDepthError>& error) {
+  return error ? error->removed_from(view) : view;
+}
+
+DenseView fused_view(const std::vector<PosedView>& views, std::size_t number,
+                     const std::optional<SmoothDepthError>& error) {
+  const DenseView view = corrected(*views[number].view, error);
   const Pose T_view_world = views[number].T_world_camera.inverse();
   FusedDepth fused(view);
   for (const std::size_t other : nearest_views(views, number)) {
     const auto& [neighbor, T_world_neighbor] = views[other];
-    fused.add(neighbor->camera, static_depths(*neighbor), {}, T_view_world * T_world_neighbor);
+    fused.add(neighbor->camera, static_depths(corrected(*neighbor, error)), {},
+              T_view_world * T_world_neighbor);
     neighbor->drop_pages();
   }
   DenseView result = copy_of(view);
@@ -60,7 +67,7 @@ DenseView fused_view(const std::vector<PosedView>& views, std::size_t number) {
       if (view.is_static(row, col) && depth > 0) result.depth(row, col) = packed_depth(depth);
     }
   }
-  view.drop_pages();
+  views[number].view->drop_pages();
   return result;
 }
 
@@ -69,6 +76,7 @@ DenseView fused_view(const std::vector<PosedView>& views, std::size_t number) {
 std::vector<std::shared_ptr<const DenseView>> fused_views(const std::vector<PosedView>& views,
                                                           const MemoryLimit& memory) {
   const TraceScope scope("fused views");
+  const std::optional<SmoothDepthError> error = smooth_depth_error(views);
   ViewPager pager(memory);
   std::uint64_t bytes_in_memory = 0;
   std::vector<std::shared_ptr<DenseView>> fused(views.size());
@@ -76,7 +84,7 @@ std::vector<std::shared_ptr<const DenseView>> fused_views(const std::vector<Pose
   for (std::size_t first = 0; first < views.size(); first += at_once) {
     const std::size_t count = std::min(at_once, views.size() - first);
     const auto fuse = [&](std::size_t i) {
-      fused[first + i] = std::make_shared<DenseView>(fused_view(views, first + i));
+      fused[first + i] = std::make_shared<DenseView>(fused_view(views, first + i, error));
     };
     parallel_for(count, all_threads(), [&] { return fuse; });
     for (std::size_t i = first; i < first + count; ++i) {
