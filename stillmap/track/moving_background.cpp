@@ -12,7 +12,7 @@ namespace {
 
 /// Least share of moving keypoints [0..1], least ratio of their median depth to that of the static
 /// ones, and least share of them on each of three sides [0..1].
-constexpr double kLeastShare = 0.3, kFarther = 1.3, kOnASide = 0.1;
+constexpr double kLeastShare = 0.2, kFarther = 1.3, kOnASide = 0.1;
 
 /// Returns the median depth of the moving or static keypoints [m]; 0 if none has a depth.
 double median_depth(const Features& features, const std::vector<float>& weight, bool moving) {
