@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <opencv2/imgproc.hpp>
+
 namespace stillmap {
 namespace {
 
@@ -41,6 +43,19 @@ SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
   objects.frame_index = objects.source_index = found.image->index;
   if (found.image->index == image.index) return trim_by_depth(objects, image);
   return propagate_masks(objects, *found.image, image);
+}
+
+/// Returns instances of the recorded image in the pixels of the shutter's images.
+SegmentedFrame moved(SegmentedFrame objects, const GlobalShutter& shutter, cv::Size size) {
+  for (Instance& instance : objects.instances) {
+    cv::Mat1b image = cv::Mat1b::zeros(size);
+    instance.mask.copyTo(image(instance.box));
+    image = shutter.mask(image);
+    instance.box = cv::boundingRect(image);
+    instance.mask = image(instance.box).clone();
+  }
+  std::erase_if(objects.instances, [](const Instance& object) { return object.box.empty(); });
+  return objects;
 }
 
 }  // namespace
@@ -155,7 +170,7 @@ void DenseStream::add(const Task& task) {
       traced("mover pixels", [&] { return shutter.mask(mover_pixels(*tracked.frame, classes)); });
   if (fuse_) dense_.fuse(image, movers, *tracked.T_world_camera);
   if (!task.may_become_view) return;
-  objects = shutter.instances(std::move(objects));
+  objects = moved(std::move(objects), shutter, recorded.depth.size());
   const std::uint64_t view = view_of(tracked.frame->index());
   if (tracked.proposal) {
     dense_.add(view, image, movers, tracked.T_world_camera, &objects);

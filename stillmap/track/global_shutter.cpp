@@ -126,17 +126,4 @@ cv::Mat1b GlobalShutter::mask(const cv::Mat1b& recorded) const {
   return nearest_of(recorded, color_source_, cv::BORDER_CONSTANT);
 }
 
-SegmentedFrame GlobalShutter::instances(SegmentedFrame recorded) const {
-  if (color_source_.empty()) return recorded;
-  for (Instance& instance : recorded.instances) {
-    cv::Mat1b image = cv::Mat1b::zeros(recorded_.depth.size());
-    instance.mask.copyTo(image(instance.box));
-    image = mask(image);
-    instance.box = cv::boundingRect(image);
-    instance.mask = image(instance.box).clone();
-  }
-  std::erase_if(recorded.instances, [](const Instance& i) { return i.box.empty(); });
-  return recorded;
-}
-
 }  // namespace stillmap

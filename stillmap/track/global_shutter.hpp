@@ -2,7 +2,6 @@
 #pragma once
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/motion/cell_grid.hpp"
-#include "stillmap/segment/instance.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
 #include <opencv2/core.hpp>
@@ -24,8 +23,6 @@ class GlobalShutter {
   RgbdFrame frame() const;
   /// Returns a mask of the recorded color image in the pixels of frame(); empty if it is empty.
   cv::Mat1b mask(const cv::Mat1b& recorded) const;
-  /// Returns instances with masks in the recorded color image in the pixels of frame().
-  SegmentedFrame instances(SegmentedFrame recorded) const;
 
  private:
   cv::Mat2f sources(double delay) const;

@@ -88,19 +88,6 @@ TEST(GlobalShutter, MovesMasksWithTheColorImage) {
     for (int u = 0; u < mask.cols; ++u) expected(v, u) = color.at<cv::Vec3b>(v, u)[0];
   }
   EXPECT_EQ(cv::countNonZero(shutter.mask(mask) != expected), 0);
-  SegmentedFrame segmented;
-  const cv::Rect box(100, 50, 200, 300);
-  Instance instance;
-  instance.box = box;
-  instance.mask = mask(box).clone();
-  segmented.instances.push_back(instance);
-  const SegmentedFrame moved = shutter.instances(segmented);
-  ASSERT_EQ(moved.instances.size(), 1U);
-  cv::Mat1b inside = cv::Mat1b::zeros(mask.size());
-  mask(box).copyTo(inside(box));
-  cv::Mat1b found = cv::Mat1b::zeros(mask.size());
-  moved.instances[0].mask.copyTo(found(moved.instances[0].box));
-  EXPECT_EQ(cv::countNonZero(found != shutter.mask(inside)), 0);
 }
 
 TEST(GlobalShutter, KeepsTheImagesOfACameraAtRest) {
