@@ -193,15 +193,14 @@ double SmoothDepthError::at(double col, double row, const cv::Size& lattice) con
   return error;
 }
 
-DenseView SmoothDepthError::removed_from(const DenseView& view) const {
-  DenseView result = copy_of(view);
-  for (int row = 0; row < result.depth.rows; ++row) {
-    for (int col = 0; col < result.depth.cols; ++col) {
-      std::uint16_t& depth = result.depth(row, col);
-      if (depth == 0) continue;
+cv::Mat1w SmoothDepthError::removed_from(const cv::Mat1w& depth) const {
+  cv::Mat1w result(depth.size(), std::uint16_t{0});
+  for (int row = 0; row < depth.rows; ++row) {
+    for (int col = 0; col < depth.cols; ++col) {
+      if (depth(row, col) == 0) continue;
       const double inverse =
-          1 / (depth * double{DenseView::kDepthUnit}) - at(col, row, result.depth.size());
-      depth = packed_depth(static_cast<float>(1 / inverse));
+          1 / (depth(row, col) * double{DenseView::kDepthUnit}) - at(col, row, depth.size());
+      result(row, col) = packed_depth(static_cast<float>(1 / inverse));
     }
   }
   return result;

@@ -23,8 +23,8 @@ class SmoothDepthError {
 
   /// Returns the error at a pixel of a lattice [1/m].
   double at(double col, double row, const cv::Size& lattice) const;
-  /// Returns the view with the error removed from its depths.
-  DenseView removed_from(const DenseView& view) const;
+  /// Returns the depths of a view, DenseView::depth, without the error.
+  cv::Mat1w removed_from(const cv::Mat1w& depth) const;
 
  private:
   Nodes nodes_;  // row by row [1/m]

@@ -78,12 +78,12 @@ TEST(SmoothDepthError, IsRemovedFromTheDepths) {
   ASSERT_TRUE(error);
   double before = 0, after = 0;
   for (const auto& [view, T] : views.posed()) {
-    const DenseView corrected = error->removed_from(*view);
+    const cv::Mat1w corrected = error->removed_from(view->depth);
     for (int v = 10; v < 110; v += 5) {
       for (int u = 10; u < 150; u += 5) {
         const double z = room_depth(T, u, v);
         before += std::abs(view->depth(v, u) * DenseView::kDepthUnit - z);
-        after += std::abs(corrected.depth(v, u) * DenseView::kDepthUnit - z);
+        after += std::abs(corrected(v, u) * DenseView::kDepthUnit - z);
       }
     }
   }

@@ -35,39 +35,42 @@ std::vector<std::size_t> nearest_views(const std::vector<PosedView>& views, std:
   return nearest;
 }
 
-cv::Mat1f static_depths(const DenseView& view) {
+using DepthError = std::optional<SmoothDepthError>;
+
+cv::Mat1w depths_of(const DenseView& view, const DepthError& error) {
+  return error ? error->removed_from(view.depth) : view.depth;
+}
+
+cv::Mat1f static_depths(const DenseView& view, const DepthError& error) {
+  const cv::Mat1w measured = depths_of(view, error);
   cv::Mat1f depths(view.depth.size(), 0.0F);
   for (int row = 0; row < depths.rows; ++row) {
     for (int col = 0; col < depths.cols; ++col) {
-      if (view.is_static(row, col)) depths(row, col) = view.depth(row, col) * DenseView::kDepthUnit;
+      if (view.is_static(row, col)) depths(row, col) = measured(row, col) * DenseView::kDepthUnit;
     }
   }
   return depths;
 }
 
-DenseView corrected(const DenseView& view, const std::optional<SmoothDepthError>& error) {
-  return error ? error->removed_from(view) : view;
-}
-
 DenseView fused_view(const std::vector<PosedView>& views, std::size_t number,
-                     const std::optional<SmoothDepthError>& error) {
-  const DenseView view = corrected(*views[number].view, error);
+                     const DepthError& error) {
+  DenseView result = copy_of(*views[number].view);
+  views[number].view->drop_pages();
+  result.depth = depths_of(result, error);
   const Pose T_view_world = views[number].T_world_camera.inverse();
-  FusedDepth fused(view);
+  FusedDepth fused(result);
   for (const std::size_t other : nearest_views(views, number)) {
     const auto& [neighbor, T_world_neighbor] = views[other];
-    fused.add(neighbor->camera, static_depths(corrected(*neighbor, error)), {},
+    fused.add(neighbor->camera, static_depths(*neighbor, error), {},
               T_view_world * T_world_neighbor);
     neighbor->drop_pages();
   }
-  DenseView result = copy_of(view);
   for (int row = 0; row < result.depth.rows; ++row) {
     for (int col = 0; col < result.depth.cols; ++col) {
       const float depth = fused.at(row, col);
-      if (view.is_static(row, col) && depth > 0) result.depth(row, col) = packed_depth(depth);
+      if (result.is_static(row, col) && depth > 0) result.depth(row, col) = packed_depth(depth);
     }
   }
-  views[number].view->drop_pages();
   return result;
 }
 
@@ -76,7 +79,7 @@ DenseView fused_view(const std::vector<PosedView>& views, std::size_t number,
 std::vector<std::shared_ptr<const DenseView>> fused_views(const std::vector<PosedView>& views,
                                                           const MemoryLimit& memory) {
   const TraceScope scope("fused views");
-  const std::optional<SmoothDepthError> error = smooth_depth_error(views);
+  const DepthError error = smooth_depth_error(views);
   ViewPager pager(memory);
   std::uint64_t bytes_in_memory = 0;
   std::vector<std::shared_ptr<DenseView>> fused(views.size());

@@ -47,6 +47,7 @@ SegmentedFrame objects_in(const DetectedObjects& found, const RgbdFrame& image,
 
 /// Returns instances of the recorded image in the pixels of the shutter's images.
 SegmentedFrame moved(SegmentedFrame objects, const GlobalShutter& shutter, cv::Size size) {
+  if (!shutter.has_effect()) return objects;
   for (Instance& instance : objects.instances) {
     cv::Mat1b image = cv::Mat1b::zeros(size);
     instance.mask.copyTo(image(instance.box));

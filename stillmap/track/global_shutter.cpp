@@ -2,6 +2,7 @@
 #include "stillmap/track/global_shutter.hpp"
 
 #include "stillmap/base/trace.hpp"
+#include "stillmap/track/motion_compensation.hpp"
 
 #include <cmath>
 
@@ -10,8 +11,6 @@
 namespace stillmap {
 namespace {
 
-/// Depth assumed for the translation of a pixel without depth [m]. Rotation needs none.
-constexpr float kTypicalDepth = 2;
 /// Smallest depth of a surface that decides whether the camera moves [m].
 constexpr double kNearest = 0.5;
 /// Motion in the image that is corrected [pixels].
@@ -29,12 +28,6 @@ double largest_motion(const Camera& camera, const ExposureMotion& motion) {
 /// Returns the time of a row's exposure after that of the middle row [s].
 float row_time(float v, int height, double readout) {
   return (v / static_cast<float>(height) - 0.5F) * static_cast<float>(readout);
-}
-
-/// Returns exp(xi dt) p to second order: see MotionCompensation.
-Eigen::Vector3f moved(const Eigen::Vector3f& p, float dt, const ExposureMotion& motion) {
-  const Eigen::Vector3f velocity = motion.v + motion.w.cross(p);
-  return p + dt * velocity + 0.5F * dt * dt * motion.w.cross(velocity);
 }
 
 Eigen::Vector3f unprojected(const Camera& camera, float u, float v, float z) {
@@ -71,13 +64,13 @@ cv::Mat2f GlobalShutter::sources(double delay) const {
       const cv::Point2f pixel(static_cast<float>(c * kBlock) + (kBlock - 1) / 2.0F,
                               static_cast<float>(r * kBlock) + (kBlock - 1) / 2.0F);
       cv::Point2f source = pixel;
-      float z = kTypicalDepth;
+      float z = static_cast<float>(kTypicalDepth);
       for (int i = 0; i < 3; ++i) {
         const cv::Point nearest(cvRound(source.x), cvRound(source.y));
         const bool inside = cv::Rect({}, depth.size()).contains(nearest);
         if (inside && depth(nearest) > 0) z = depth(nearest);
-        const Eigen::Vector3f p =
-            moved(unprojected(camera_, pixel.x, pixel.y, z), -time_at(source.y), motion_);
+        const Eigen::Vector3f p = moved_point(unprojected(camera_, pixel.x, pixel.y, z),
+                                              -time_at(source.y), motion_.v, motion_.w);
         if (p.z() <= 0) break;
         const Eigen::Vector2d uv = camera_.project(p.cast<double>());
         source = {static_cast<float>(uv.x()), static_cast<float>(uv.y())};
@@ -103,7 +96,9 @@ cv::Mat1f GlobalShutter::depth() const {
       const cv::Vec2f& source = depth_source_(v, u);
       const float dt = row_time(source[1], result.rows, motion_.timing.readout) +
                        static_cast<float>(motion_.timing.depth_delay);
-      z = std::max(0.0F, moved(unprojected(camera_, source[0], source[1], z), dt, motion_).z());
+      z = std::max(
+          0.0F,
+          moved_point(unprojected(camera_, source[0], source[1], z), dt, motion_.v, motion_.w).z());
     }
   }
   return result;
@@ -113,7 +108,7 @@ RgbdFrame GlobalShutter::frame() const {
   RgbdFrame result = recorded_;
   result.gray = cv::Mat();
   result.ignored = cv::Mat();
-  if (color_source_.empty()) return result;
+  if (!has_effect()) return result;
   const TraceScope scope("global shutter");
   result.depth_delay = 0;
   result.color = nearest_of(recorded_.color, color_source_, cv::BORDER_REPLICATE);
@@ -122,7 +117,7 @@ RgbdFrame GlobalShutter::frame() const {
 }
 
 cv::Mat1b GlobalShutter::mask(const cv::Mat1b& recorded) const {
-  if (recorded.empty() || color_source_.empty()) return recorded;
+  if (recorded.empty() || !has_effect()) return recorded;
   return nearest_of(recorded, color_source_, cv::BORDER_CONSTANT);
 }
 

@@ -18,6 +18,8 @@ class GlobalShutter {
   /// The frame and the camera must outlive this object.
   GlobalShutter(const RgbdFrame& recorded, const Camera& camera, const ExposureMotion& motion);
 
+  /// Returns whether the images change at all.
+  bool has_effect() const { return !color_source_.empty(); }
   /// Returns color and depth [m], without gray image and ignored pixels; pixels that the recorded
   /// depth image does not show have no depth.
   RgbdFrame frame() const;
@@ -31,8 +33,7 @@ class GlobalShutter {
   const RgbdFrame& recorded_;
   const Camera& camera_;
   ExposureMotion motion_;
-  cv::Mat2f color_source_,
-      depth_source_;  // recorded pixel of each pixel; empty if all are the same
+  cv::Mat2f color_source_, depth_source_;  // recorded pixel of each; empty without effect
 };
 
 }  // namespace stillmap

@@ -8,18 +8,8 @@
 #include <cmath>
 
 namespace stillmap {
-namespace {
-
-/// Depth assumed for the translation of a keypoint without depth [m]. Rotation needs none.
-constexpr double kTypicalDepth = 2;
-
-}  // namespace
-
-/// Maps a point of the camera frame `dt` [s] after a moment to the camera frame of that moment:
-/// exp(xi dt) p to second order. The next term is below 0.1 pixels at 3 rad/s and 20 ms.
 Eigen::Vector3d MotionCompensation::at_moment(const Eigen::Vector3d& p, double dt) const {
-  const Eigen::Vector3d velocity = v_ + w_.cross(p);
-  return p + dt * velocity + 0.5 * dt * dt * w_.cross(velocity);
+  return moved_point(p, dt, v_, w_);
 }
 
 /// Returns the depth of a point of the color image, read from the depth image that was exposed
