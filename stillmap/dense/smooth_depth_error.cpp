@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/smooth_depth_error.hpp"
 
+#include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
@@ -179,9 +180,7 @@ double median_left(const std::vector<Difference>& differences,
   left.reserve(differences.size());
   for (const Difference& d : differences)
     left.push_back(std::abs(d.inverse_depth - d.predicted(nodes)));
-  const auto middle = left.begin() + static_cast<std::ptrdiff_t>(left.size() / 2);
-  std::nth_element(left.begin(), middle, left.end());
-  return *middle;
+  return upper_median(left);
 }
 
 }  // namespace
