@@ -2,9 +2,11 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_text.hpp"
+#include "stillmap/base/machine.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/pipeline/map_description.hpp"
+#include "stillmap/pipeline/merge_maps.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/planner_files.hpp"
@@ -23,6 +25,7 @@
 #include "command_tree.hpp"
 #include "commands.hpp"
 #include "output_file.hpp"
+#include "progress.hpp"
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
@@ -35,6 +38,8 @@ namespace fs = std::filesystem;
 
 struct MapArguments {
   std::string file, json, out;
+  std::vector<std::string> files;  // to be merged
+  std::optional<int> memory;       // for their views and keyframes [MB]
   bool force = false;
   std::vector<std::string> formats;  // of other programs
   std::string recording;             // of the images in full size; empty: that of the run
@@ -83,6 +88,37 @@ int slim(const MapArguments& arguments) {
             static_cast<double>(fs::file_size(out)) / 1e6,
             static_cast<double>(fs::file_size(map_file_of(arguments.file))) / 1e6);
   return code_for(saved);
+}
+
+int merge(const MapArguments& arguments) {
+  if (const fs::path folder = fs::path(arguments.out).parent_path(); !folder.empty())
+    make_output_folder(folder);
+  require_replaceable(arguments.out, is_saved_map, arguments.force);
+  require_replaceable(arguments.json, is_figures_file, arguments.force);
+  Options options = read_options("");
+  options.dense.memory = arguments.memory.value_or(options.dense.memory);
+  SlamParameters parameters = parameters_of(options);
+  parameters.dense.memory.folder = fs::path(arguments.out).parent_path();
+  std::vector<NamedMap> maps;
+  {
+    const ProgressStep step("reading the maps");
+    for (const std::string& file : arguments.files)
+      maps.push_back({file, read_saved_map(file, parameters.dense.memory)});
+  }
+  MergedMap merged;
+  {
+    const ProgressStep step("merging the maps");
+    merged = merge_maps(std::move(maps), parameters, "stillmap " STILLMAP_VERSION);
+  }
+  write_saved_map(arguments.out, merged.saved);
+  print_to(arguments.json == kStandardOutput ? stderr : stdout, "{}{}written: {}\n",
+           merge_text(merged), description_text(describe_map(merged.saved)), arguments.out);
+  if (!arguments.json.empty()) {
+    nlohmann::json json = merge_json(merged);
+    json["peak_memory_mib"] = peak_memory_mib();
+    write_named(arguments.json, json_text(json, 2) + "\n", is_figures_file, arguments.force);
+  }
+  return code_for(merged.saved);
 }
 
 void write_map_files(const SavedMap& saved, ResultFolder& folder) {
@@ -262,7 +298,7 @@ int export_map(const MapArguments& arguments) {
 
 void add_map_command(CLI::App& app, int& exit_code) {
   CLI::App* map =
-      app.add_subcommand("map", "describe, export or reduce a map saved by `run --save-map`");
+      app.add_subcommand("map", "describe, merge, export or reduce maps saved by `run --save-map`");
   map->require_subcommand(1);
   auto arguments = std::make_shared<MapArguments>();
   CLI::App* info = map->add_subcommand("info", "versions, camera, counts, extent and size");
@@ -280,6 +316,21 @@ void add_map_command(CLI::App& app, int& exit_code) {
   add_force_option(*slimming, arguments->force);
   slimming->footer("Example:\n  stillmap map slim office.map --out small.map");
   slimming->callback([arguments, &exit_code] { exit_code = slim(*arguments); });
+  CLI::App* merging = map->add_subcommand(
+      "merge", "merge maps that show common places into one; the others remain apart in it");
+  merging->add_option("files", arguments->files, "saved maps, or folders of runs")
+      ->required()
+      ->type_name("FILE or DIR");
+  merging->add_option("-o,--out", arguments->out, "file to write")->required()->type_name("FILE");
+  merging->add_option("--json", arguments->json,
+                      "also write which maps are connected to a JSON file (- for standard output)");
+  merging
+      ->add_option("--memory", arguments->memory,
+                   "memory for the views and the features of keyframes, as for run [MB]")
+      ->check(CLI::Range(0, 1000000));
+  add_force_option(*merging, arguments->force);
+  merging->footer("Example:\n  stillmap map merge monday.map tuesday.map --out site.map");
+  merging->callback([arguments, &exit_code] { exit_code = merge(*arguments); });
   CLI::App* exporting = map->add_subcommand(
       "export",
       "write landmarks.ply, keyframes.txt (TUM format), graph.json and cloud.ply, or the files of "

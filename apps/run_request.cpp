@@ -7,6 +7,7 @@
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/config/unused_option.hpp"
 #include "stillmap/evaluate/truth_frame.hpp"
+#include "stillmap/map/camera_change.hpp"
 #include "stillmap/pipeline/calibrate_shutter.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
@@ -58,14 +59,16 @@ std::string sequence_name(const std::filesystem::path& folder) {
   return (is_file(absolute) ? absolute.stem() : absolute.filename()).string();
 }
 
-/// Returns the map to start from, if one was named. Throws Error if it was made with another
-/// camera.
+/// Returns the map to start from, if one was named.
 std::optional<StartingMap> start_of(const RunRequest& request, const SlamParameters& parameters,
                                     const Camera& camera) {
   if (request.load_map.empty()) return std::nullopt;
   StartingMap start{read_saved_map(request.load_map, parameters.dense.memory),
                     !request.localize_only};
-  require_same_camera(start.saved.map, camera, parameters.orb.pyramid(), request.load_map);
+  MapContent& map = start.saved.map;
+  if (!request.quiet && !same_images(map.camera, camera))
+    print_out("{}: map of another camera ({})\n", request.load_map, map.camera.name);
+  map = map_for(std::move(map), camera, parameters.orb.pyramid(), request.load_map);
   return start;
 }
 

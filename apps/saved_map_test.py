@@ -240,14 +240,34 @@ for model in models:
             self.refused(result, 1, "damaged.map", "truncated", "fix:")
         self.assertFalse((self.folder / "x").exists())
 
-    def test_another_camera_or_pyramid_is_refused(self):
-        lines = (self.sequence / "camera.yaml").read_text().splitlines()
-        camera = self.folder / "longer.yaml"
-        camera.write_text("\n".join("fx: 300" if line.startswith("fx:") else line for line in lines) + "\n")
-        self.refused(self.run_sequence("y", "--load-map", self.map, "--camera", camera), 1,
-                     "another camera", "fx 300.000", "fix:")
+    def test_another_pyramid_is_refused(self):
         self.refused(self.run_sequence("y", "--load-map", self.map, "--set", "features.levels=5"), 1,
                      "pyramid levels", "--set features.levels=8")
+
+    def test_another_camera_is_told_and_used(self):
+        other = self.folder / "other"
+        made = stillmap("simulate", "--people", 0, "--frames", 30, "--width", 400, "--height", 300, "--out", other)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        done = stillmap("run", other, "--preset", "static", "--out", self.folder / "by_other", "--load-map", self.map)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("map of another camera (simulated)", done.stdout)
+
+    def test_maps_are_merged_in_any_order(self):
+        second = self.folder / "second.map"
+        self.assertEqual(self.run_sequence("second", "--first", 10, "--save-map", second).returncode, 0)
+        merged, told = self.folder / "merged.map", self.folder / "merged.json"
+        done = stillmap("map", "merge", self.map, second, "--out", merged, "--json", told)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        pair = json.loads(told.read_text())["pairs"][0]
+        self.assertTrue(pair["connected"])
+        self.assertIn(f"{pair['places']} common place", done.stdout)
+        turned = self.folder / "turned.map"
+        self.assertEqual(stillmap("map", "merge", second, self.map, "-o", turned).returncode, 0)
+        self.assertEqual(turned.read_bytes(), merged.read_bytes())
+        self.assertEqual(self.run_sequence("in_merged", "--load-map", merged, "--localize-only").returncode, 0)
+        self.refused(stillmap("map", "merge", self.map, "-o", turned, "--force"), 1, "at least two maps", "fix:")
+        self.refused(stillmap("map", "merge", self.map, self.map, "-o", turned, "--force"), 1, "is the same map as", "fix:")
+        self.refused(stillmap("map", "merge", self.map, second), 2, "--out")
 
     def test_command_lines_that_make_no_sense(self):
         self.refused(self.run_sequence("z", "--localize-only"), 2, "--load-map")

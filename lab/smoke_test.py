@@ -165,6 +165,14 @@ class Smoke(unittest.TestCase):
         self.assertEqual((out / "growth.md").read_text(encoding="utf-8") + "\n", printed)
         self.assertEqual(json.loads((out / "growth.json").read_text(encoding="utf-8"))[0]["rounds"], 1)
 
+    def test_merging(self):
+        out = self.folder / "merging"
+        printed = self.module("merging", self.sequences, "--length", "20", "--most", "2", "--orders", "1", "--out", out,
+                              "--program", STILLMAP)
+        self.assertEqual((out / "merging.md").read_text(encoding="utf-8") + "\n", printed)
+        totals = json.loads((out / "merging.json").read_text(encoding="utf-8"))["totals"]
+        self.assertEqual((totals["of these connected"], totals["other bytes"]), (0, "0 of 1 orders"))
+
     def test_maps(self):
         printed = self.module("maps", self.sequences, "office:office", "--preset", "static", "--out",
                               self.folder / "maps", "--program", STILLMAP)

@@ -195,9 +195,9 @@ class Slam {
   ///                 push(color, depth, timestamp) rectify them
   /// @param options  options.input selects the frames that are used, and whether they are halved
   /// @param detector object detector; null for the network or the masks that the options name
-  /// @param start    saved map of this camera; the camera counts as lost until it is relocalized
-  /// Throws Error for options or a camera out of range, for classes of objects that neither COCO
-  /// nor the detector has, and for a map that cannot be used.
+  /// @param start    saved map, also of another camera; the camera counts as lost until it is
+  /// relocalized Throws Error for options or a camera out of range, for classes of objects that
+  /// neither COCO nor the detector has, and for a map that cannot be used.
   explicit Slam(const Camera& camera, const Options& options = {},
                 std::unique_ptr<Detector> detector = nullptr,
                 const std::optional<StartMap>& start = std::nullopt);

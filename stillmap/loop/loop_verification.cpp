@@ -112,12 +112,15 @@ class Verification {
   }
 
   LoopVerification run() {
-    if (estimate() && refine() && surroundings_agree() && drift_is_possible() &&
-        neighbors_agree()) {
-      pair_landmarks();
-      return {match_, ""};
+    int passed = 0;
+    for (const auto test :
+         {&Verification::estimate, &Verification::refine, &Verification::surroundings_agree,
+          &Verification::drift_is_possible, &Verification::neighbors_agree}) {
+      if (!(this->*test)()) return {std::nullopt, reason_, passed};
+      ++passed;
     }
-    return {std::nullopt, reason_};
+    pair_landmarks();
+    return {match_, "", passed};
   }
 
  private:
@@ -254,7 +257,7 @@ LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId
                              KeyframeId candidate, const LoopVerificationOptions& options) {
   const TraceScope scope("verify");
   if (index.find(query) == nullptr || index.find(candidate) == nullptr)
-    return {std::nullopt, "a keyframe is not in the index"};
+    return {std::nullopt, "a keyframe is not in the index", 0};
   return Verification(map, index, query, candidate, options).run();
 }
 

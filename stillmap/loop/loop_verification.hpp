@@ -64,6 +64,7 @@ struct LoopMatch {
 struct LoopVerification {
   std::optional<LoopMatch> match;
   std::string reason;  ///< Empty if there is a match.
+  int passed = 0;      ///< Number of tests passed, of verify_loop()'s list.
 };
 
 /// Verifies a loop candidate: matches by vocabulary node; SE(3) from 3D-3D pairs by RANSAC (scale

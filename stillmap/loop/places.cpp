@@ -4,6 +4,7 @@
 #include "stillmap/base/trace.hpp"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 namespace stillmap {
@@ -55,7 +56,7 @@ std::optional<LoopMatch> Places::recognize(const Map& map, KeyframeId newest) {
   const std::uint32_t component = map.at(newest).component;
   if (component != std::exchange(component_, component)) detector_.reset();
   for (const PlaceCandidate& place : detector_.detect(map, index_, newest)) {
-    auto verification = verify_loop(map, index_, newest, place.keyframe);
+    auto verification = verify(map, newest, place.keyframe);
     if (!verification.match) continue;
     detector_.reset();
     return std::move(verification.match);
@@ -66,15 +67,34 @@ std::optional<LoopMatch> Places::recognize(const Map& map, KeyframeId newest) {
   return match;
 }
 
+std::vector<PlaceCandidate> Places::places_in_other_components(const Map& map,
+                                                               KeyframeId query) const {
+  const BagOfWords* bag = index_.find(query);
+  if (bag == nullptr) return {};
+  std::vector<KeyframeId> own = keyframes_of(map, map.at(query).component);
+  if (own.size() == map.keyframe_count()) return {};
+  std::sort(own.begin(), own.end());
+  return find_places(map, index_, bag->words, own, 0);
+}
+
+std::vector<PlaceComparison> Places::compare_components(const Map& map) const {
+  std::vector<PlaceComparison> comparisons;
+  map.for_each_keyframe([&](const Keyframe& query) {
+    std::set<std::uint32_t> verified;
+    for (const PlaceCandidate& place : places_in_other_components(map, query.id)) {
+      const std::uint32_t component = map.at(place.keyframe).component;
+      if (verified.contains(component)) continue;
+      comparisons.push_back({query.id, place.keyframe, verify(map, query.id, place.keyframe)});
+      if (comparisons.back().verification.match) verified.insert(component);
+    }
+  });
+  return comparisons;
+}
+
 /// Returns a verified merge that a single keyframe finds.
 std::optional<LoopMatch> Places::match_other_component(const Map& map, KeyframeId query) const {
-  const BagOfWords* bag = index_.find(query);
-  if (bag == nullptr) return std::nullopt;
-  std::vector<KeyframeId> own = keyframes_of(map, map.at(query).component);
-  if (own.size() == map.keyframe_count()) return std::nullopt;
-  std::sort(own.begin(), own.end());
-  for (const PlaceCandidate& place : find_places(map, index_, bag->words, own, 0)) {
-    auto verification = verify_loop(map, index_, query, place.keyframe);
+  for (const PlaceCandidate& place : places_in_other_components(map, query)) {
+    auto verification = verify(map, query, place.keyframe);
     if (verification.match) return std::move(verification.match);
   }
   return std::nullopt;

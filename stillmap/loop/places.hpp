@@ -7,6 +7,9 @@
 #include "stillmap/loop/relocalizer.hpp"
 #include "stillmap/motion/frame.hpp"
 
+#include <optional>
+#include <vector>
+
 namespace stillmap {
 
 struct PlaceOptions {
@@ -19,6 +22,14 @@ struct PlaceOptions {
   /// Number of keyframes of each separate component that are compared with the others at the end of
   /// the run.
   int connect_by = 20;
+};
+
+/// A keyframe compared with one of another component that looks alike.
+struct PlaceComparison {
+  KeyframeId query, candidate;
+  LoopVerification verification;
+  /// Whether another comparison of the same components shows the same motion between them.
+  bool confirmed = false;
 };
 
 /// Place recognition for loop closing, merging and relocalization. Used by the thread that owns the
@@ -38,10 +49,20 @@ class Places {
   /// are tried one by one, without requiring consecutive detections.
   std::optional<LoopMatch> connect(const Map& map, std::uint32_t component) const;
 
+  /// Compares each keyframe of the map with those of the other components that look most alike; of
+  /// one component up to the first that is verified. In the order of the keyframes' ids.
+  std::vector<PlaceComparison> compare_components(const Map& map) const;
+
+  /// Verifies that two keyframes show the same place: see verify_loop().
+  LoopVerification verify(const Map& map, KeyframeId query, KeyframeId candidate) const {
+    return verify_loop(map, index_, query, candidate);
+  }
+
   /// Relocalizes a frame: see stillmap::relocalize().
   RelocalizationVerification find(const Map& map, const Frame& frame) const;
 
  private:
+  std::vector<PlaceCandidate> places_in_other_components(const Map& map, KeyframeId query) const;
   std::optional<LoopMatch> match_other_component(const Map& map, KeyframeId query) const;
 
   PlaceOptions options_;

@@ -11,7 +11,6 @@
 namespace stillmap {
 namespace {
 
-constexpr int kMaxSide = 8192;  // pixels
 constexpr int kMaxLevels = 32;  // Maximum number of pyramid levels.
 
 // ---- camera

@@ -11,9 +11,11 @@ namespace {
 
 constexpr std::size_t kKeypointBytes = 5 * sizeof(float) + 1 + sizeof(float) + sizeof(Descriptor);
 
-bool is_valid(const Keypoint& p, const Camera& camera, const PyramidShape& pyramid) {
-  return camera.contains(p.u, p.v, -1) && std::isfinite(p.angle) && std::isfinite(p.response) &&
-         finite_within(p.depth, 0, kHuge) && p.level < pyramid.levels;
+/// Keypoints of another camera may lie outside the images: see with_camera().
+bool is_valid(const Keypoint& p, const PyramidShape& pyramid) {
+  return finite_within(p.u, -kHuge, kHuge) && finite_within(p.v, -kHuge, kHuge) &&
+         std::isfinite(p.angle) && std::isfinite(p.response) && finite_within(p.depth, 0, kHuge) &&
+         p.level < pyramid.levels;
 }
 
 void put_features(ByteWriter& out, const Features& features) {
@@ -37,7 +39,7 @@ FeaturesPtr get_features(ByteReader& in, const Camera& camera, const PyramidShap
   get_column<float>(in, keypoints, [](Keypoint& p, float x) { p.depth = x; });
   get_column<std::uint8_t>(in, keypoints, [](Keypoint& p, std::uint8_t x) { p.level = x; });
   for (const Keypoint& p : keypoints) {
-    if (!is_valid(p, camera, pyramid)) in.fail("a keypoint is invalid");
+    if (!is_valid(p, pyramid)) in.fail("a keypoint is invalid");
   }
   const auto descriptors = in.get_list<Descriptor>(keypoints.size());
   auto features = std::make_shared<Features>();

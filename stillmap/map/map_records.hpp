@@ -8,6 +8,7 @@ namespace stillmap {
 
 /// Bound on plausible coordinates [pixels or m].
 constexpr double kHuge = 1e6;
+constexpr int kMaxSide = 8192;  // of an image [pixels]
 /// Bound on sequence, session and component numbers, which count up by one.
 constexpr std::uint32_t kMaxCount = 1U << 31;
 

@@ -14,10 +14,10 @@ namespace {
 
 /// Limits of the number of keyframes in use, and least number of observations.
 constexpr std::size_t kMinKeyframes = 5, kMaxKeyframes = 60, kMinObservations = 1000;
-/// Standard deviations by which a single intrinsic parameter must be wrong. In pieces of good
-/// recordings, among them such with people, corrections of more than 4 % of the
-/// focal length are up to 3.5 standard deviations.
-constexpr double kCertainAlone = 5;
+/// Standard deviations by which an intrinsic parameter must be wrong alone, and both focal lengths
+/// together. In pieces of good recordings, among them such with people, corrections of more than
+/// 4 % of the focal length are up to 3.5 standard deviations.
+constexpr double kCertainAlone = 5, kCertainTogether = 4;
 
 /// Returns the keyframes of the largest component in creation order.
 std::vector<KeyframeId> main_keyframes(const Map& map) {
@@ -44,19 +44,20 @@ std::vector<LandmarkId> shared_landmarks(const Map& map, const std::vector<Keyfr
   return shared;
 }
 
+/// Returns whether a parameter, kFx to kCy, is wrong by at least that many standard deviations.
+bool is_wrong(const Camera& given, const CameraCalibration& found, CameraParameter i,
+              double certain) {
+  const double correction = found.correction(i), sigma = found.sigma(i);
+  return is_wrong_intrinsic(correction, sigma, given.fx) && std::abs(correction) > certain * sigma;
+}
+
 /// Returns whether both focal lengths are wrong in the same direction, as with the camera file of
 /// another camera or image size. People who walk through a small map distort it along one image
 /// axis only.
 bool shows_wrong_focal_lengths(const Camera& given, const CameraCalibration& found) {
-  return is_wrong_focal_length(given, found, kFx) && is_wrong_focal_length(given, found, kFy) &&
+  return is_wrong(given, found, kFx, kCertainTogether) &&
+         is_wrong(given, found, kFy, kCertainTogether) &&
          found.correction(kFx) * found.correction(kFy) > 0;
-}
-
-/// Returns whether a parameter, kFx to kCy, is wrong by so much that no other one needs to agree.
-bool is_wrong_alone(const Camera& given, const CameraCalibration& found, CameraParameter i) {
-  const double correction = found.correction(i), sigma = found.sigma(i);
-  return is_wrong_intrinsic(correction, sigma, given.fx) &&
-         std::abs(correction) > kCertainAlone * sigma;
 }
 
 /// Returns the focal length fx corrected by the ratio that the more certain of the two shows.
@@ -77,11 +78,13 @@ CameraErrors camera_errors(const Map& map) {
   if (bundle.observations.size() < kMinObservations) return {};
   const CameraCalibration found = calibrate_camera(bundle.problem, AlikeErrors::kAssumed);
   const Camera& given = map.camera();
-  const auto is_wrong = [&](CameraParameter i) { return is_wrong_alone(given, found, i); };
+  const auto is_wrong_alone = [&](CameraParameter i) {
+    return is_wrong(given, found, i, kCertainAlone);
+  };
   CameraErrors errors;
-  if (shows_wrong_focal_lengths(given, found) || is_wrong(kFx) || is_wrong(kFy))
+  if (shows_wrong_focal_lengths(given, found) || is_wrong_alone(kFx) || is_wrong_alone(kFy))
     errors.focal_length = corrected_focal_length(given, found);
-  if (is_wrong(kCx) || is_wrong(kCy))
+  if (is_wrong_alone(kCx) || is_wrong_alone(kCy))
     errors.center =
         Eigen::Vector2d(given.cx + found.correction(kCx), given.cy + found.correction(kCy));
   if (shows_distances(found)) errors.disparity_bow = found.correction(kDisparityBow);

@@ -10,8 +10,8 @@ namespace stillmap {
 /// nothing, also if it is too small to tell. The map was made with the wrong values, so an estimate
 /// makes up only half to nine tenths of the error.
 struct CameraErrors {
-  /// Focal length fx that fits the map best [pixels], if both focal lengths are wrong, see
-  /// is_wrong_focal_length(), or one by five standard deviations.
+  /// Focal length fx that fits the map best [pixels], if both focal lengths are wrong by 4 % and
+  /// four standard deviations, or one by five.
   std::optional<double> focal_length = std::nullopt;
   /// Principal point that fits the map best [pixels], if one of its coordinates is wrong by 4 % of
   /// the focal length and five standard deviations.

@@ -41,8 +41,9 @@ TEST(Companion, IsNotFollowedIfMasksNameThePerson) {
 
 TEST(Companion, MakesPosesUncertainWithoutMasks) {
   const SlamResult result = result_with(nullptr);
-  const auto uncertain = std::ranges::count_if(
-      result.frames, [](const FrameRecord& frame) { return frame.uncertain; });
+  const auto uncertain = std::ranges::count_if(result.frames, [](const FrameRecord& frame) {
+    return frame.uncertainty == Uncertainty::kContradiction;
+  });
   EXPECT_TRUE(error_of(result) < 0.02 || 5 * uncertain > 60) << "a wrong path without a doubt";
 }
 

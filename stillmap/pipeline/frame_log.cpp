@@ -38,11 +38,12 @@ std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
   return map.resolve(record.reference, record.T_reference_camera);
 }
 
-bool is_uncertain(const TrackedFrame& tracked) {
-  const std::vector<float>& weight = tracked.frame->evidence.weight;
-  return tracked.contradicts_motion ||
-         undetected_moving_share(*tracked.frame) > kUncertainMajority ||
-         background_moves(*tracked.frame->features, weight);
+Uncertainty uncertainty_of(const TrackedFrame& tracked) {
+  const Frame& frame = *tracked.frame;
+  if (tracked.contradicts_motion || background_moves(*frame.features, frame.evidence.weight))
+    return Uncertainty::kContradiction;
+  return undetected_moving_share(frame) > kUncertainMajority ? Uncertainty::kMinority
+                                                             : Uncertainty::kNone;
 }
 
 void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
@@ -63,7 +64,7 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
   record.relocalized = tracked.relocalized;
   record.tracked_by_odometry = tracked.tracked_by_odometry;
-  record.uncertain = is_uncertain(tracked);
+  record.uncertainty = uncertainty_of(tracked);
   record.keyframe = tracked.proposal.has_value() && extends_map_;
   record.dynamics = frame.evidence.dynamics;
   record.times = times;

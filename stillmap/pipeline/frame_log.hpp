@@ -28,6 +28,14 @@ struct TrackingTimes {
   float total() const { return features + masks + motion + pose; }
 };
 
+/// Why a pose is uncertain.
+enum class Uncertainty : std::uint8_t {
+  kNone,           ///< It is not.
+  kContradiction,  ///< It contradicts the motion of the camera (see MotionConsistency), or the
+                   ///< background seems to move (see background_moves()).
+  kMinority,       ///< Nearly all keypoints move: see kUncertainMajority.
+};
+
 /// Small summary of one frame, kept for the whole run.
 struct FrameRecord {
   std::size_t index = 0;                    ///< Index of the frame in the run.
@@ -45,13 +53,12 @@ struct FrameRecord {
   bool relocalized = false;                ///< The lost camera was relocalized in this frame.
   bool tracked_by_odometry = false;        ///< See TrackedFrame::tracked_by_odometry.
   bool tracked_late = false;               ///< The pose was found at the end: see LostFrames.
-  /// The pose contradicts the motion (see MotionConsistency), or nearly all keypoints move, or the
-  /// background does (see background_moves()).
-  bool uncertain = false;
+  Uncertainty uncertainty = Uncertainty::kNone;
   bool keyframe = false;                   ///< The frame was proposed as a keyframe.
   Dynamics dynamics = Dynamics::kUnknown;  ///< Verdict of the dynamics gate.
   TrackingTimes times;
 
+  bool uncertain() const { return uncertainty != Uncertainty::kNone; }
   bool has_pose() const { return state == TrackState::kStarted || state == TrackState::kTracking; }
   /// Returns the share of keypoints that are labeled as moving [0..1].
   double moving_share() const {
@@ -59,8 +66,8 @@ struct FrameRecord {
   }
 };
 
-/// Returns whether a pose is uncertain; see FrameRecord::uncertain.
-bool is_uncertain(const TrackedFrame& tracked);
+/// Returns why a pose is uncertain.
+Uncertainty uncertainty_of(const TrackedFrame& tracked);
 
 /// Returns T_world_camera of a frame in the map; none without a pose or in a dropped map.
 std::optional<Pose> pose_in(const Map& map, const FrameRecord& record);

@@ -34,7 +34,7 @@ TEST(FrameLog, APoseIsUncertainIfNearlyAllKeypointsMove) {
   for (const std::size_t moving : {0U, 5U, 7U, 8U, 10U})
     log.add(frame_with_moving(log.records().size(), moving), {});
   std::vector<bool> uncertain;
-  for (const FrameRecord& record : log.records()) uncertain.push_back(record.uncertain);
+  for (const FrameRecord& record : log.records()) uncertain.push_back(record.uncertain());
   EXPECT_EQ(uncertain, (std::vector<bool>{false, false, false, true, true}));
 }
 
@@ -43,7 +43,7 @@ TEST(FrameLog, DetectedObjectsThatFillTheImageDoNotMakeAPoseUncertain) {
   auto features = std::make_shared<Features>();
   features->keypoints.resize(kKeypoints);
   for (std::size_t i = kInBox; i < kKeypoints; ++i) features->keypoints[i].u = 500;
-  const auto is_uncertain_with = [&](const cv::Rect& box, std::size_t moving) {
+  const auto with = [&](const cv::Rect& box, std::size_t moving) {
     TrackedFrame tracked = frame_with_moving(0, 0);
     auto frame = std::make_shared<Frame>(*tracked.frame);
     frame->features = features;
@@ -53,12 +53,12 @@ TEST(FrameLog, DetectedObjectsThatFillTheImageDoNotMakeAPoseUncertain) {
     detected.instances.emplace_back().box = box;
     frame->instances = std::make_shared<const SegmentedFrame>(detected);
     tracked.frame = frame;
-    return is_uncertain(tracked);
+    return uncertainty_of(tracked);
   };
   const cv::Rect person(0, 0, 400, 480), elsewhere(600, 0, 40, 480);
-  EXPECT_FALSE(is_uncertain_with(person, kInBox));
-  EXPECT_TRUE(is_uncertain_with(elsewhere, kInBox));
-  EXPECT_TRUE(is_uncertain_with(person, 980)) << "most of what the network does not know";
+  EXPECT_EQ(with(person, kInBox), Uncertainty::kNone);
+  EXPECT_EQ(with(elsewhere, kInBox), Uncertainty::kMinority);
+  EXPECT_EQ(with(person, 980), Uncertainty::kMinority) << "most of what the network does not know";
 }
 
 TEST(FrameLog, CovariancesGrowByTheSquaredOddsOfMovingKeypoints) {

@@ -82,9 +82,10 @@ void visit(Io io, Value& value) requires std::same_as<std::remove_const_t<Value>
   io(value.T_camera_filtered);
   for (auto* count : {&value.keypoints, &value.moving_keypoints, &value.inliers, &value.mask_age})
     io(*count);
-  for (auto* flag : {&value.relocalized, &value.tracked_by_odometry, &value.tracked_late,
-                     &value.uncertain, &value.keyframe})
+  for (auto* flag : {&value.relocalized, &value.tracked_by_odometry, &value.tracked_late})
     io(*flag);
+  io(value.uncertainty, Uncertainty::kMinority);
+  io(value.keyframe);
   io(value.dynamics, Dynamics::kHigh);
   for (auto* time : {&value.times.features, &value.times.masks, &value.times.motion,
                      &value.times.pose, &value.times.waiting})

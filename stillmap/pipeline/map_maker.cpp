@@ -4,11 +4,95 @@
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/refine/culling.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace stillmap {
+namespace {
+
+/// Number of shared landmarks that connects two keyframes well enough without another loop.
+constexpr int kConnected = 15;
+
+/// Returns the motion between the worlds of two components that a match shows: from that of the
+/// larger id to that of the smaller.
+Pose motion_between(const Map& map, const LoopMatch& match) {
+  const Keyframe& query = map.at(match.query);
+  const Keyframe& candidate = map.at(match.candidate);
+  const Pose T_candidates_query_world =
+      candidate.T_world_camera * match.T_candidate_query * query.T_world_camera.inverse();
+  return candidate.component < query.component ? T_candidates_query_world
+                                               : T_candidates_query_world.inverse();
+}
+
+/// Returns the keyframes of a match, that of the component with the larger id first.
+std::pair<KeyframeId, KeyframeId> keyframes_in(const Map& map, const LoopMatch& match) {
+  std::pair<KeyframeId, KeyframeId> pair{match.query, match.candidate};
+  if (map.at(pair.first).component < map.at(pair.second).component)
+    std::swap(pair.first, pair.second);
+  return pair;
+}
+
+/// Returns whether two matches of the same components, of different queries, show the same motion
+/// between these, but for the drift of the maps.
+bool confirm_each_other(const Map& map, const LoopMatch& a, const LoopMatch& b) {
+  const auto of_a = keyframes_in(map, a), of_b = keyframes_in(map, b);
+  if (a.query == b.query) return false;
+  const auto components = [&](const auto& pair) {
+    return std::pair(map.at(pair.first).component, map.at(pair.second).component);
+  };
+  if (components(of_a) != components(of_b)) return false;
+  const Pose motion_a = motion_between(map, a), motion_b = motion_between(map, b);
+  const Eigen::Vector3d at = map.at(of_a.first).T_world_camera.translation();
+  const double path = (map.at(of_b.first).T_world_camera.translation() - at).norm();
+  const DriftLimits limits;
+  return (motion_a * at - motion_b * at).norm() < limits.meters + limits.meters_per_meter * path &&
+         (motion_a.inverse() * motion_b).angle() < limits.radians + limits.radians_per_meter * path;
+}
+
+/// Returns the indices of the verified comparisons that another one confirms, those with most
+/// inliers first.
+std::vector<std::size_t> confirmed(const Map& map, const std::vector<PlaceComparison>& all) {
+  const auto match = [&](std::size_t i) -> const std::optional<LoopMatch>& {
+    return all[i].verification.match;
+  };
+  std::vector<std::size_t> verified, chosen;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (match(i)) verified.push_back(i);
+  }
+  std::copy_if(verified.begin(), verified.end(), std::back_inserter(chosen), [&](std::size_t i) {
+    return std::any_of(verified.begin(), verified.end(), [&](std::size_t k) {
+      return confirm_each_other(map, *match(i), *match(k));
+    });
+  });
+  std::stable_sort(chosen.begin(), chosen.end(), [&](std::size_t i, std::size_t k) {
+    return match(i)->inliers > match(k)->inliers;
+  });
+  return chosen;
+}
+
+/// The landmarks of the newer of two keyframes of the same frame become those of the older one.
+void merge_landmarks_of_equal_keypoints(Map& map, KeyframeId newer, KeyframeId older) {
+  for (std::uint32_t i = 0; i < map.at(newer).landmarks.size(); ++i) {
+    const LandmarkId of_newer = map.at(newer).landmarks[i], of_older = map.at(older).landmarks[i];
+    if (!of_newer.valid() || of_newer == of_older) continue;
+    if (of_older.valid()) {
+      map.merge(of_older, of_newer);
+    } else if (map.observe(of_newer, {older, i})) {
+      map.refresh(of_newer);
+    }
+  }
+}
+
+bool share_landmarks(const Map& map, KeyframeId a, KeyframeId b, int least) {
+  const auto covisible = map.covisible(a, least);
+  return std::any_of(covisible.begin(), covisible.end(),
+                     [&](const Covisible& c) { return c.keyframe == b; });
+}
+
+}  // namespace
 
 MapMaker::MapMaker(Map map, const SlamParameters& options)
     : options_(options.mapper),
@@ -145,6 +229,50 @@ void MapMaker::merge_remaining() {
     if (keyframes_of(map_, component).empty()) continue;
     if (const auto match = places_.connect(map_, component)) close(*match);
   }
+}
+
+std::vector<PlaceComparison> MapMaker::merge_all() {
+  std::vector<PlaceComparison> comparisons = places_.compare_components(map_);
+  const std::vector<std::size_t> chosen = confirmed(map_, comparisons);
+  for (const std::size_t i : chosen) {
+    comparisons[i].confirmed = true;
+    const LoopMatch& match = *comparisons[i].verification.match;
+    if (map_.at(match.query).component != map_.at(match.candidate).component) close(match);
+  }
+  for (const std::size_t i : chosen) {
+    const auto& [query, candidate, verification, confirmed] = comparisons[i];
+    if (share_landmarks(map_, query, candidate, kConnected)) continue;
+    const LoopVerification now = places_.verify(map_, query, candidate);
+    if (now.match) close(*now.match);
+  }
+  return comparisons;
+}
+
+std::vector<KeyframeId> MapMaker::erase_repeated_keyframes() {
+  std::map<double, std::vector<KeyframeId>> by_time;
+  std::vector<std::pair<KeyframeId, KeyframeId>> repeats;  // the newer one first
+  map_.for_each_keyframe([&](const Keyframe& k) {
+    std::vector<KeyframeId>& others = by_time[k.timestamp];
+    const auto same = std::find_if(others.begin(), others.end(), [&](KeyframeId id) {
+      return map_.at(id).component == k.component &&
+             map_.at(id).features->descriptors == k.features->descriptors;
+    });
+    if (same == others.end())
+      others.push_back(k.id);
+    else
+      repeats.emplace_back(k.id, *same);
+  });
+  std::vector<KeyframeId> erased;
+  for (const auto& [newer, older] : repeats) {
+    merge_landmarks_of_equal_keypoints(map_, newer, older);
+    map_.erase(newer, older);
+    erased.push_back(newer);
+  }
+  return erased;
+}
+
+std::size_t MapMaker::erase_redundant_keyframes() {
+  return static_cast<std::size_t>(cull_keyframes(map_));
 }
 
 void MapMaker::drop(std::uint32_t component) {

@@ -57,6 +57,15 @@ class MapMaker {
   /// place of the other; for the end of a run.
   void merge_remaining();
 
+  /// Connects the components of several saved maps: see merge_maps(). Where places of components
+  /// that are already connected are recognized, loops are closed. Returns all comparisons.
+  std::vector<PlaceComparison> merge_all();
+  /// Erases the keyframes of connected maps that have the time and the features of an older one,
+  /// which replaces them. Returns them.
+  std::vector<KeyframeId> erase_repeated_keyframes();
+  /// Erases redundant keyframes: see cull_keyframes(). Returns their number.
+  std::size_t erase_redundant_keyframes();
+
   /// Drops a component, unless it has keyframes of an earlier session.
   void drop(std::uint32_t component);
   /// Runs bundle adjustment on every component.

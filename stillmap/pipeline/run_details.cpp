@@ -18,9 +18,10 @@ std::vector<double> RunDetails::late_frames() const {
   return late;
 }
 
-std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property) {
-  return static_cast<std::size_t>(std::count_if(result.frames.begin(), result.frames.end(),
-                                                [&](const FrameRecord& f) { return f.*property; }));
+std::size_t frames_with(const SlamResult& result,
+                        const std::function<bool(const FrameRecord&)>& property) {
+  return static_cast<std::size_t>(
+      std::count_if(result.frames.begin(), result.frames.end(), property));
 }
 
 }  // namespace stillmap

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,6 +46,7 @@ struct RunDetails {
 };
 
 /// Returns the number of frames of a run with a property, such as FrameRecord::relocalized.
-std::size_t frames_with(const SlamResult& result, bool FrameRecord::*property);
+std::size_t frames_with(const SlamResult& result,
+                        const std::function<bool(const FrameRecord&)>& property);
 
 }  // namespace stillmap

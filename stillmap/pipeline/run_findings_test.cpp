@@ -147,8 +147,12 @@ TEST(RunFindings, DistancesInPlaceOfDepthsAreTold) {
 
 TEST(RunFindings, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {
   RunDetails record = good_run();
-  for (int i : {1, 2, 3}) record.result.frames[static_cast<std::size_t>(i)].uncertain = true;
-  EXPECT_THAT(texts(record), ElementsAre(HasSubstr("3 of 10 poses are uncertain")));
+  for (const std::size_t i : {1, 2, 3})
+    record.result.frames[i].uncertainty = Uncertainty::kContradiction;
+  EXPECT_THAT(texts(record), ElementsAre(HasSubstr("3 of 10 poses contradict the motion")));
+  for (const std::size_t i : {1, 2, 3})
+    record.result.frames[i].uncertainty = Uncertainty::kMinority;
+  EXPECT_THAT(texts(record), IsEmpty());
   record = good_run();
   record.result.maps = 2;
   EXPECT_THAT(texts(record), ElementsAre(HasSubstr("2 maps that are not connected")));

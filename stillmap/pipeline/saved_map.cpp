@@ -5,7 +5,9 @@
 #include "stillmap/base/field_text.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/journal_file.hpp"
+#include "stillmap/map/camera_change.hpp"
 #include "stillmap/map/map_file.hpp"
+#include "stillmap/map/map_records.hpp"
 #include "stillmap/map/pose_bytes.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
 
@@ -40,7 +42,7 @@ cv::Mat get_image(ByteReader& in, cv::Size size, int type) {
   return image;
 }
 
-/// Reads the lattice of a view, which is at most as fine as the images of `camera`.
+/// Reads the lattice of a view. The map's other values of the camera apply to all views.
 DenseView get_lattice(ByteReader& in, const Camera& camera) {
   DenseView view;
   view.camera = camera;
@@ -51,9 +53,9 @@ DenseView get_lattice(ByteReader& in, const Camera& camera) {
     *x = in.get<double>();
     if (!std::isfinite(*x)) in.fail("the camera of a view has a value that is not finite");
   }
-  if (view.stride < 1 || view.camera.width < 0 || view.camera.width > camera.width ||
-      view.camera.height < 0 || view.camera.height > camera.height || view.camera.fx <= 0 ||
-      view.camera.fy <= 0) {
+  const auto is_side = [](int pixels) { return pixels >= 0 && pixels <= kMaxSide; };
+  if (view.stride < 1 || !is_side(view.camera.width) || !is_side(view.camera.height) ||
+      view.camera.fx <= 0 || view.camera.fy <= 0) {
     in.fail("the camera of a view is out of range");
   }
   return view;
@@ -141,13 +143,6 @@ SavedMap read_map(std::istream& in, const std::string& where, const MemoryLimit&
   return saved;
 }
 
-std::string describe(const Camera& c) {
-  return fmt::format(
-      "{}x{} pixels, fx {:.3f} fy {:.3f} cx {:.3f} cy {:.3f}, baseline {:.3f} m, "
-      "sensor {}",
-      c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.baseline, c.depth_sensor.name);
-}
-
 }  // namespace
 
 void put_view(ByteWriter& out, const DenseView& view) {
@@ -229,20 +224,9 @@ SavedMap read_saved_map(const std::filesystem::path& source, const MemoryLimit& 
   return read_map(in, file.string(), memory);
 }
 
-void require_same_camera(const MapContent& map, const Camera& camera, const PyramidShape& pyramid,
-                         const std::string& where) {
-  const Camera& m = map.camera;
-  constexpr double kRounding = 1e-6;  // relative rounding error of the values in a camera file
-  const auto same = [](double a, double b) { return std::abs(a - b) <= kRounding * std::abs(a); };
-  if (m.width != camera.width || m.height != camera.height || !same(m.fx, camera.fx) ||
-      !same(m.fy, camera.fy) || !same(m.cx, camera.cx) || !same(m.cy, camera.cy) ||
-      !same(m.baseline, camera.baseline) || m.depth_sensor.name != camera.depth_sensor.name) {
-    throw Error(fmt::format("was made with another camera ({}) than the recording's ({})",
-                            describe(m), describe(camera)),
-                where, "name the map's camera with --camera, or map anew with this one");
-  }
-  if (map.pyramid.levels != pyramid.levels ||
-      !same(map.pyramid.scale_factor, pyramid.scale_factor)) {
+MapContent map_for(MapContent map, const Camera& camera, const PyramidShape& pyramid,
+                   const std::string& where) {
+  if (map.pyramid.levels != pyramid.levels || map.pyramid.scale_factor != pyramid.scale_factor) {
     throw Error(fmt::format("was made with {} pyramid levels of factor {}, and {} of {} are set",
                             map.pyramid.levels, map.pyramid.scale_factor, pyramid.levels,
                             pyramid.scale_factor),
@@ -250,6 +234,7 @@ void require_same_camera(const MapContent& map, const Camera& camera, const Pyra
                 fmt::format("add --set features.levels={} --set features.scale_factor={}",
                             map.pyramid.levels, map.pyramid.scale_factor));
   }
+  return same_images(map.camera, camera) ? std::move(map) : with_camera(std::move(map), camera);
 }
 
 }  // namespace stillmap

@@ -37,7 +37,7 @@ struct SavedMap {
 /// Writes a view as in section DENS of a map file.
 void put_view(ByteWriter& out, const DenseView& view);
 /// Reads a view. Throws Error if it is damaged.
-/// @param camera  of the map; the view is at most as fine as its images
+/// @param camera  of the map
 DenseView get_view(ByteReader& in, const Camera& camera);
 
 /// Reads views that may take more memory than there is: those beyond the limit are moved into a
@@ -76,10 +76,9 @@ std::filesystem::path map_file_of(const std::filesystem::path& source);
 /// @param memory for the views of the dense map
 SavedMap read_saved_map(const std::filesystem::path& source, const MemoryLimit& memory = {});
 
-/// Throws Error unless frames of this camera and pyramid can be localized in the map and added to
-/// it: same image size, same intrinsics, same pyramid. The distortion of the images before they
-/// were rectified does not matter.
-void require_same_camera(const MapContent& map, const Camera& camera, const PyramidShape& pyramid,
-                         const std::string& where);
+/// Returns a map for frames of this camera, which may be another one than the map's: see
+/// with_camera(). Throws Error for another pyramid.
+MapContent map_for(MapContent map, const Camera& camera, const PyramidShape& pyramid,
+                   const std::string& where);
 
 }  // namespace stillmap

@@ -51,9 +51,9 @@ OrbOptions with_depth_noise(OrbOptions orb, const DepthSensor& sensor) {
 Map map_to_begin_in(std::optional<StartingMap>& start, const Camera& camera,
                     const PyramidShape& pyramid) {
   if (!start) return {camera, pyramid};
-  require_same_camera(start->saved.map, camera, pyramid, "the map to begin in");
-  start->saved.map.camera.disparity_sigma = camera.disparity_sigma;
-  return Map(start->saved.map);
+  MapContent map = map_for(std::move(start->saved.map), camera, pyramid, "the map to begin in");
+  map.camera.disparity_sigma = camera.disparity_sigma;
+  return Map(std::move(map));
 }
 
 std::vector<AnchoredView> views_to_begin_with(std::optional<StartingMap>& start) {

@@ -91,7 +91,7 @@ class SlamSystem {
  public:
   /// @param detector finds instances; null for none
   /// @param start    a map to begin in: the camera counts as lost until its place is recognized
-  /// Throws Error for a map of another camera.
+  /// Throws Error for a map of another pyramid.
   SlamSystem(const Camera& camera, const SlamParameters& options,
              std::unique_ptr<Detector> detector = nullptr,
              std::optional<StartingMap> start = std::nullopt);

@@ -76,7 +76,7 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
                     .reason = newest.reason,
                     .inliers = newest.inliers,
                     .relocalized = newest.relocalized,
-                    .certain = !newest.uncertain,
+                    .certain = !newest.uncertain(),
                     .covariance = covariance_factor(newest.moving_share()) * newest.covariance};
   if (newest.has_pose() && !snapshot.trajectory.empty())
     update.T_world_camera = snapshot.trajectory.back().T_world_camera * newest.T_camera_filtered;
@@ -93,7 +93,7 @@ PoseUpdate pose_update(const TrackedFrame& tracked, const std::string& not_found
           .reason = searched ? tracked.reason + "; " + not_found : tracked.reason,
           .inliers = tracked.inliers,
           .relocalized = tracked.relocalized,
-          .certain = !is_uncertain(tracked),
+          .certain = uncertainty_of(tracked) == Uncertainty::kNone,
           .covariance =
               covariance_factor(moving_share(tracked.frame->evidence.weight)) * tracked.covariance};
 }

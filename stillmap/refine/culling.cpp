@@ -56,6 +56,13 @@ bool redundant(const Map& map, const Keyframe& keyframe) {
   return seen_elsewhere > kRedundantShare * all;
 }
 
+/// Returns whether the keyframe was redundant and is erased.
+bool erase_if_redundant(Map& map, KeyframeId id) {
+  if (map.is_first(id) || !redundant(map, map.at(id))) return false;
+  map.erase(id, map.covisible(id).front().keyframe);
+  return true;
+}
+
 }  // namespace
 
 int cull_landmarks(Map& map, KeyframeId newest) {
@@ -79,9 +86,15 @@ int cull_keyframes(Map& map, KeyframeId newest) {
   for (const Covisible& c : map.covisible(newest, kNearbyShared)) {
     const Keyframe& keyframe = map.at(c.keyframe);
     const bool recent = keyframe.sequence + kKeepNewest > now;
-    if (recent || map.is_first(c.keyframe) || !redundant(map, keyframe)) continue;
-    map.erase(c.keyframe, map.covisible(c.keyframe).front().keyframe);
-    ++culled;
+    if (!recent && erase_if_redundant(map, c.keyframe)) ++culled;
+  }
+  return culled;
+}
+
+int cull_keyframes(Map& map) {
+  int culled = 0;
+  for (const std::uint32_t component : map.components()) {
+    for (const KeyframeId id : keyframes_of(map, component)) culled += erase_if_redundant(map, id);
   }
   return culled;
 }

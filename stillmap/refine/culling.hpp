@@ -12,4 +12,8 @@ int cull_landmarks(Map& map, KeyframeId newest);
 /// Returns the number of culled keyframes.
 int cull_keyframes(Map& map, KeyframeId newest);
 
+/// Erases all redundant keyframes but the first of each component, in creation order. Returns the
+/// number of culled keyframes.
+int cull_keyframes(Map& map);
+
 }  // namespace stillmap

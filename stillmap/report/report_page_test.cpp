@@ -245,7 +245,8 @@ TEST(Report, TellsTheWarningsOfTheRun) {
 
 TEST(Report, TellsWhenPosesAreUncertain) {
   RunRecord record = full_record();
-  for (const std::size_t i : {30, 31, 32, 90}) record.result.frames[i].uncertain = true;
+  for (const std::size_t i : {30, 31, 32, 90})
+    record.result.frames[i].uncertainty = Uncertainty::kContradiction;
   EXPECT_THAT(report_html(record), HasSubstr("4 uncertain poses (1.00 to 1.07 s, 3.00 s)"));
   EXPECT_THAT(run_summary_text(record), HasSubstr("4 uncertain poses (1.00 to 1.07 s, 3.00 s)"));
 }

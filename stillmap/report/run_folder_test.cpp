@@ -231,7 +231,7 @@ TEST(RunSummary, TellsTheTimingOfTheShuttersAndItsOrigin) {
 
 TEST(RunSummary, CountsDepthImagesThatCouldNotBeReadApartFromFrames) {
   RunRecord record = small_run();
-  record.result.frames[3].uncertain = true;
+  record.result.frames[3].uncertainty = Uncertainty::kMinority;
   record.skipped = {{1.0, "rgb/1.png is missing"},
                     {.timestamp = 2.0, .reason = "depth/2.png is empty", .frame_lost = false}};
   EXPECT_EQ(record.total_frames(), 13);

@@ -57,7 +57,7 @@ std::string uncertain_spans_text(const SlamResult& result) {
   constexpr std::size_t kListed = 4;  // spans
   std::vector<std::pair<double, double>> spans;
   for (const FrameRecord& f : result.frames) {
-    if (!f.uncertain) continue;
+    if (!f.uncertain()) continue;
     const double time = f.timestamp - result.frames.front().timestamp;
     if (spans.empty() || time - spans.back().second > kTogether) spans.emplace_back(time, time);
     spans.back().second = time;
@@ -111,7 +111,7 @@ std::string frames_csv(const SlamResult& result) {
   for (const FrameRecord& f : result.frames) {
     csv += fmt::format("{},{:.6f},{},{},{},{},{},{:d},{:d},{}\n", f.index, f.timestamp,
                        name_of(f.state), f.keypoints, f.moving_keypoints, f.inliers,
-                       f.mask_age < 0 ? "" : std::to_string(f.mask_age), f.uncertain, f.keyframe,
+                       f.mask_age < 0 ? "" : std::to_string(f.mask_age), f.uncertain(), f.keyframe,
                        name_of(f.dynamics));
   }
   return csv;

@@ -65,7 +65,7 @@ nlohmann::json frames_json(const RunRecord& record) {
   const LoadShedding& less = record.result.load_shedding;
   auto uncertain_at = nlohmann::json::array();
   for (const FrameRecord& f : record.result.frames) {
-    if (f.uncertain) uncertain_at.push_back(f.timestamp);
+    if (f.uncertain()) uncertain_at.push_back(f.timestamp);
   }
   return {{"total", record.total_frames()},
           {"handed_in", record.frames},

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/merge_maps.hpp"
+
+#include "stillmap/base/counted.hpp"
+#include "stillmap/base/error.hpp"
+#include "stillmap/map/camera_change.hpp"
+#include "stillmap/pipeline/map_maker.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+/// A map, and what decides its place among others.
+struct Sorted {
+  NamedMap map;
+  double begin;       // timestamp of its oldest keyframe [s]
+  std::string bytes;  // its sections, equal for equal maps
+};
+
+Sorted sortable(NamedMap map) {
+  Sorted sorted{std::move(map), std::numeric_limits<double>::infinity(), {}};
+  for (const Keyframe& k : sorted.map.saved.map.keyframes)
+    sorted.begin = std::min(sorted.begin, k.timestamp);
+  for (const Section& section : map_sections(sorted.map.saved.map)) sorted.bytes += section.bytes;
+  return sorted;
+}
+
+/// Returns the maps in an order that depends on their content only. Throws Error for equal ones.
+std::vector<NamedMap> in_order(std::vector<NamedMap> maps) {
+  std::vector<Sorted> sorted;
+  for (NamedMap& map : maps) sorted.push_back(sortable(std::move(map)));
+  std::sort(sorted.begin(), sorted.end(), [](const Sorted& a, const Sorted& b) {
+    return std::tie(a.begin, a.bytes) < std::tie(b.begin, b.bytes);
+  });
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (sorted[i].bytes != sorted[i - 1].bytes) continue;
+    throw Error("is the same map as " + sorted[i - 1].map.name, sorted[i].map.name,
+                "name each map once");
+  }
+  maps.clear();
+  for (Sorted& map : sorted) maps.push_back(std::move(map.map));
+  return maps;
+}
+
+void require_same_pyramids(const std::vector<NamedMap>& maps) {
+  const PyramidShape& first = maps.front().saved.map.pyramid;
+  for (const NamedMap& map : maps) {
+    const PyramidShape& p = map.saved.map.pyramid;
+    if (p.levels == first.levels && p.scale_factor == first.scale_factor) continue;
+    throw Error(fmt::format("has {} pyramid levels of factor {}, {} has {} of {}", p.levels,
+                            p.scale_factor, maps.front().name, first.levels, first.scale_factor),
+                map.name, "map both recordings with the same options of features");
+  }
+}
+
+/// Maps side by side in one, as unconnected components.
+class Collection {
+ public:
+  Collection(const Camera& camera, const PyramidShape& pyramid)
+      : content_{camera, pyramid, {}, {}, {}} {}
+
+  void add(SavedMap map) {
+    MapContent added = same_images(map.map.camera, content_.camera)
+                           ? std::move(map.map)
+                           : with_camera(std::move(map.map), content_.camera);
+    const auto keyframes = static_cast<std::uint32_t>(content_.keyframes.size());
+    for (AnchoredView& view : map.views) {
+      view.anchor.slot += keyframes;
+      views_.push_back(std::move(view));
+    }
+    append(std::move(added));
+    end_of_map_.push_back(content_.keyframes.size());
+  }
+
+  MapContent take_content() { return std::move(content_); }
+  std::vector<AnchoredView> take_views() { return std::move(views_); }
+
+  /// Returns the number of the map that a keyframe comes from.
+  std::size_t map_of(KeyframeId keyframe) const {
+    return std::upper_bound(end_of_map_.begin(), end_of_map_.end(), keyframe.slot) -
+           end_of_map_.begin();
+  }
+
+ private:
+  void append(MapContent added) {
+    const auto keyframes = static_cast<std::uint32_t>(content_.keyframes.size());
+    const auto landmarks = static_cast<std::uint32_t>(content_.landmarks.size());
+    const auto components = static_cast<std::uint32_t>(content_.first.size());
+    const std::uint32_t sequences = end_of(&Keyframe::sequence);
+    const std::uint32_t sessions = end_of(&Keyframe::session);
+    for (Keyframe& k : added.keyframes) {
+      k.id.slot += keyframes;
+      k.sequence += sequences;
+      k.session += sessions;
+      k.component += components;
+      for (LandmarkId& id : k.landmarks) {
+        if (id.valid()) id.slot += landmarks;
+      }
+      content_.keyframes.push_back(std::move(k));
+    }
+    for (Landmark& l : added.landmarks) {
+      l.id.slot += landmarks;
+      l.first_sequence += sequences;
+      for (Observation& o : l.observations) o.keyframe.slot += keyframes;
+      content_.landmarks.push_back(std::move(l));
+    }
+    for (auto& [component, first] : added.first)
+      content_.first[component + components] = {first.slot + keyframes, first.generation};
+  }
+
+  /// Returns one more than the largest number of the keyframes so far.
+  std::uint32_t end_of(std::uint32_t Keyframe::*number) const {
+    std::uint32_t end = 0;
+    for (const Keyframe& k : content_.keyframes) end = std::max(end, k.*number + 1);
+    return end;
+  }
+
+  MapContent content_;
+  std::vector<AnchoredView> views_;
+  std::vector<std::size_t> end_of_map_;  // number of keyframes of the maps up to each
+};
+
+std::vector<MapPair> all_pairs(std::size_t maps) {
+  std::vector<MapPair> pairs;
+  for (std::size_t b = 1; b < maps; ++b) {
+    for (std::size_t a = 0; a < b; ++a)
+      pairs.push_back({a, b, 0, 0, false, "no keyframes look alike"});
+  }
+  return pairs;
+}
+
+/// Adds what the comparisons of keyframes show to the pairs of their maps.
+void describe(const std::vector<PlaceComparison>& comparisons, const Collection& maps,
+              std::vector<MapPair>& pairs) {
+  std::map<std::pair<std::size_t, std::size_t>, MapPair*> by_maps;
+  for (MapPair& pair : pairs) by_maps[{pair.a, pair.b}] = &pair;
+  std::map<const MapPair*, int> passed;
+  for (const PlaceComparison& c : comparisons) {
+    const auto [a, b] = std::minmax({maps.map_of(c.query), maps.map_of(c.candidate)});
+    if (a == b) continue;
+    MapPair& pair = *by_maps.at({a, b});
+    if (c.confirmed) {
+      ++pair.places;
+      pair.inliers = std::max(pair.inliers, c.verification.match->inliers);
+    }
+    if (const auto before = passed.find(&pair);
+        before != passed.end() && before->second >= c.verification.passed)
+      continue;
+    passed[&pair] = c.verification.passed;
+    pair.reason =
+        c.verification.match ? "no second place confirms the only one" : c.verification.reason;
+  }
+  for (MapPair& pair : pairs) {
+    if (pair.places > 0) pair.reason.clear();
+  }
+}
+
+/// Sets which pairs lie in one world: any of their keyframes in one component.
+void set_connected(const Map& map, const Collection& maps, std::vector<MapPair>& pairs) {
+  std::map<std::size_t, std::vector<std::uint32_t>> components;
+  map.for_each_keyframe(
+      [&](const Keyframe& k) { components[maps.map_of(k.id)].push_back(k.component); });
+  for (auto& [number, of_map] : components) {
+    std::sort(of_map.begin(), of_map.end());
+    of_map.erase(std::unique(of_map.begin(), of_map.end()), of_map.end());
+  }
+  for (MapPair& pair : pairs) {
+    std::vector<std::uint32_t> common;
+    std::set_intersection(components[pair.a].begin(), components[pair.a].end(),
+                          components[pair.b].begin(), components[pair.b].end(),
+                          std::back_inserter(common));
+    pair.connected = !common.empty();
+  }
+}
+
+/// Returns the views relative to the keyframes that are left, numbered as in Map::content(),
+/// without those of keyframes that repeat others.
+std::vector<AnchoredView> remaining(std::vector<AnchoredView> views, const Map& map,
+                                    const std::vector<KeyframeId>& repeated) {
+  std::map<KeyframeId, std::uint32_t> number;
+  map.for_each_keyframe(
+      [&](const Keyframe& k) { number.emplace(k.id, static_cast<std::uint32_t>(number.size())); });
+  std::vector<AnchoredView> left;
+  for (AnchoredView& view : views) {
+    if (std::find(repeated.begin(), repeated.end(), view.anchor) != repeated.end()) continue;
+    const KeyframeId now = map.current_keyframe(view.anchor);
+    if (now != view.anchor) {
+      view.T_anchor_camera =
+          map.at(now).T_world_camera.inverse() * map.resolve(view.anchor, view.T_anchor_camera);
+    }
+    view.anchor = {number.at(now), 0};
+    left.push_back(std::move(view));
+  }
+  return left;
+}
+
+std::string pair_text(const MapPair& pair) {
+  if (pair.places > 0) {
+    return fmt::format("{}, at most {}", counted(pair.places, "common place"),
+                       counted(static_cast<std::size_t>(pair.inliers), "landmark"));
+  }
+  return fmt::format("{}: {}", pair.connected ? "connected by other maps" : "not connected",
+                     pair.reason);
+}
+
+}  // namespace
+
+MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
+                     const std::string& writer) {
+  if (maps.size() < 2) throw Error("needs at least two maps", "merge", "name more maps");
+  maps = in_order(std::move(maps));
+  require_same_pyramids(maps);
+  MergedMap merged;
+  Camera camera = maps.front().saved.map.camera;
+  camera.disparity_sigma = options.disparity_sigma;
+  Collection collection(camera, maps.front().saved.map.pyramid);
+  for (NamedMap& map : maps) {
+    merged.names.push_back(std::move(map.name));
+    if (merged.saved.damage.empty()) merged.saved.damage = std::move(map.saved.damage);
+    collection.add(std::move(map.saved));
+  }
+  MapMaker maker(Map(collection.take_content()), options);
+  merged.pairs = all_pairs(merged.names.size());
+  describe(maker.merge_all(), collection, merged.pairs);
+  set_connected(maker.map(), collection, merged.pairs);
+  const std::vector<KeyframeId> repeated = maker.erase_repeated_keyframes();
+  merged.repeated = repeated.size();
+  merged.redundant = maker.erase_redundant_keyframes();
+  maker.adjust_all();
+  merged.saved.writer = writer;
+  merged.saved.views = remaining(collection.take_views(), maker.map(), repeated);
+  merged.saved.map = maker.map().content();
+  return merged;
+}
+
+std::string merge_text(const MergedMap& merged) {
+  std::string text;
+  for (const MapPair& pair : merged.pairs) {
+    text +=
+        fmt::format("{} - {}: {}\n", merged.names[pair.a], merged.names[pair.b], pair_text(pair));
+  }
+  return text + fmt::format("erased: {} of several maps, {} redundant ones\n",
+                            counted(merged.repeated, "keyframe"), merged.redundant);
+}
+
+nlohmann::json merge_json(const MergedMap& merged) {
+  nlohmann::json json = {{"maps", merged.names},
+                         {"repeated_keyframes", merged.repeated},
+                         {"redundant_keyframes", merged.redundant},
+                         {"pairs", nlohmann::json::array()}};
+  for (const MapPair& pair : merged.pairs) {
+    json["pairs"].push_back({{"a", merged.names[pair.a]},
+                             {"b", merged.names[pair.b]},
+                             {"places", pair.places},
+                             {"inliers", pair.inliers},
+                             {"connected", pair.connected},
+                             {"reason", pair.reason}});
+  }
+  return json;
+}
+
+}  // namespace stillmap

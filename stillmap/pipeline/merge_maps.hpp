@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/pipeline/saved_map.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace stillmap {
+
+/// A saved map and its name, for messages.
+struct NamedMap {
+  std::string name;
+  SavedMap saved;
+};
+
+/// Two merged maps, and whether places of one were recognized in the other.
+struct MapPair {
+  std::size_t a = 0, b = 0;  ///< Their positions in MergedMap::names, a < b.
+  std::size_t places = 0;    ///< Number of keyframes whose place is known in the other map.
+  int inliers = 0;           ///< Largest number of landmarks that agree with one of these.
+  bool connected = false;    ///< They lie in one world, through these places or other maps.
+  /// Without places: the test that the most similar keyframes failed.
+  std::string reason;
+};
+
+/// One map made of several.
+struct MergedMap {
+  SavedMap saved;
+  std::vector<std::string> names;  ///< Of the maps, in the order of their sessions in `saved`.
+  std::vector<MapPair> pairs;      ///< All pairs.
+  std::size_t repeated = 0;        ///< Number of keyframes that several of the maps contained.
+  std::size_t redundant = 0;       ///< Number of keyframes erased since others show the same.
+};
+
+/// Merges maps: each keyframe's place is recognized among those of all other maps and verified as
+/// loops are (see verify_loop()); two components are connected if the places of at least two
+/// keyframes show the same motion between them. Then landmarks are welded, keyframes that repeat
+/// others or are redundant are erased, and each component is optimized as a whole. Maps in which no
+/// common place is recognized remain as unconnected components.
+///
+/// The world is that of the map with the oldest keyframe; maps of other cameras are converted to
+/// its camera: see with_camera(). The result does not depend on the order of the maps. Maps may be
+/// merged ones. Throws Error for fewer than two maps, maps of different pyramids, and a map that
+/// is given twice.
+/// @param writer  name and version of the program
+MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
+                     const std::string& writer);
+
+/// Returns a table of the pairs, and counts, as lines of text.
+std::string merge_text(const MergedMap& merged);
+/// Returns the same as JSON.
+nlohmann::json merge_json(const MergedMap& merged);
+
+}  // namespace stillmap
