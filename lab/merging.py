@@ -74,7 +74,9 @@ def keyframes_of(arguments, names):
 
 
 def error(arguments, sequence, trajectory):
-    """Returns the ATE of a trajectory [mm]."""
+    """Returns the ATE of a trajectory [mm]; None for too few poses."""
+    if len(core.read_trajectory(trajectory)) < 3:
+        return None
     told = arguments.out / "error.json"
     core.call([arguments.program, "eval", sequence / "groundtruth.txt", trajectory, "--json", told, "--force"],
               arguments.out / "error.log")
