@@ -102,8 +102,10 @@ int merge(const MapArguments& arguments) {
   std::vector<NamedMap> maps;
   {
     const ProgressStep step("reading the maps");
+    MemoryLimit share = parameters.dense.memory;
+    share.limit /= arguments.files.size();
     for (const std::string& file : arguments.files)
-      maps.push_back({file, read_saved_map(file, parameters.dense.memory)});
+      maps.push_back({file, read_saved_map(file, share)});
   }
   MergedMap merged;
   {
