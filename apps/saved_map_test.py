@@ -244,7 +244,7 @@ for model in models:
         self.refused(self.run_sequence("y", "--load-map", self.map, "--set", "features.levels=5"), 1,
                      "pyramid levels", "--set features.levels=8")
 
-    def test_another_camera_is_told_and_used(self):
+    def test_a_map_of_another_camera_is_used_with_a_message(self):
         other = self.folder / "other"
         made = stillmap("simulate", "--people", 0, "--frames", 30, "--width", 400, "--height", 300, "--out", other)
         self.assertEqual(made.returncode, 0, made.stderr)
@@ -255,10 +255,10 @@ for model in models:
     def test_maps_are_merged_in_any_order(self):
         second = self.folder / "second.map"
         self.assertEqual(self.run_sequence("second", "--first", 10, "--save-map", second).returncode, 0)
-        merged, told = self.folder / "merged.map", self.folder / "merged.json"
-        done = stillmap("map", "merge", self.map, second, "--out", merged, "--json", told)
+        merged, description = self.folder / "merged.map", self.folder / "merged.json"
+        done = stillmap("map", "merge", self.map, second, "--out", merged, "--json", description)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        pair = json.loads(told.read_text())["pairs"][0]
+        pair = json.loads(description.read_text())["pairs"][0]
         self.assertTrue(pair["connected"])
         self.assertIn(f"{pair['places']} common place", done.stdout)
         turned = self.folder / "turned.map"

@@ -54,11 +54,11 @@ def pieces_of(arguments, sequence):
 
 def merged(arguments, runs, name):
     """Merges the maps of runs. Returns the bytes of the map, the description of the merge, and the time [s]."""
-    out, told = arguments.out / f"{name}.map", arguments.out / f"{name}.json"
+    out, description = arguments.out / f"{name}.map", arguments.out / f"{name}.json"
     begin = time.monotonic()
-    core.call([arguments.program, "map", "merge", *runs, "--out", out, "--json", told, "--force"],
+    core.call([arguments.program, "map", "merge", *runs, "--out", out, "--json", description, "--force"],
               arguments.out / f"{name}.log")
-    return out.read_bytes(), core.read_json(told), time.monotonic() - begin
+    return out.read_bytes(), core.read_json(description), time.monotonic() - begin
 
 
 def keyframes_of(arguments, names):
@@ -77,10 +77,10 @@ def error(arguments, sequence, trajectory):
     """Returns the ATE of a trajectory [mm]; None for too few poses."""
     if len(core.read_trajectory(trajectory)) < 3:
         return None
-    told = arguments.out / "error.json"
-    core.call([arguments.program, "eval", sequence / "groundtruth.txt", trajectory, "--json", told, "--force"],
+    description = arguments.out / "error.json"
+    core.call([arguments.program, "eval", sequence / "groundtruth.txt", trajectory, "--json", description, "--force"],
               arguments.out / "error.log")
-    return 1000 * core.leaf(core.read_json(told), "ate", "translation", "rmse")
+    return 1000 * core.leaf(core.read_json(description), "ate", "translation", "rmse")
 
 
 def line_of(arguments, sequence, runs, keyframes):
@@ -101,10 +101,10 @@ def main(arguments):
     sequences = core.sequences_of(arguments)
     runs = {sequence: pieces_of(arguments, sequence) for sequence in sequences}
     everything = [run for of_sequence in runs.values() for run in of_sequence]
-    known, told, seconds = merged(arguments, everything, "merged")
+    known, description, seconds = merged(arguments, everything, "merged")
     place = {str(run): place_of(sequence) for sequence, of_sequence in runs.items() for run in of_sequence}
-    pairs = Counter((place[p["a"]] == place[p["b"]], p["connected"]) for p in told["pairs"])
-    keyframes = keyframes_of(arguments, told["maps"])
+    pairs = Counter((place[p["a"]] == place[p["b"]], p["connected"]) for p in description["pairs"])
+    keyframes = keyframes_of(arguments, description["maps"])
     lines = [line_of(arguments, sequence, runs[sequence], keyframes) for sequence in sequences]
     orders = random.Random(1)
     different = sum(merged(arguments, orders.sample(everything, len(everything)), "order")[0] != known
@@ -112,7 +112,7 @@ def main(arguments):
     totals = {"maps": len(everything), "pairs of different places": pairs[False, True] + pairs[False, False],
               "of these connected": pairs[False, True], "pairs of one place": pairs[True, True] + pairs[True, False],
               "of them connected": pairs[True, True], "time [s]": core.cell(seconds, 1),
-              "memory [MiB]": core.cell(told["peak_memory_mib"], 0),
+              "memory [MiB]": core.cell(description["peak_memory_mib"], 0),
               "other bytes": f"{different} of {arguments.orders} orders"}
     text = core.markdown(list(totals), [list(totals.values())]) + "\n" + core.markdown(
         list(lines[0]), [list(line.values()) for line in lines])

@@ -49,8 +49,8 @@ class Places {
   /// are tried one by one, without requiring consecutive detections.
   std::optional<LoopMatch> connect(const Map& map, std::uint32_t component) const;
 
-  /// Compares each keyframe of the map with those of the other components that look most alike; of
-  /// one component up to the first that is verified. In the order of the keyframes' ids.
+  /// Compares each keyframe with the most similar keyframes of the other components. The keyframes
+  /// of one component are tried until one is verified. Ordered by the id of the query.
   std::vector<PlaceComparison> compare_components(const Map& map) const;
 
   /// Verifies that two keyframes show the same place: see verify_loop().

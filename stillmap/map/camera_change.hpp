@@ -11,8 +11,8 @@ bool same_images(const Camera& a, const Camera& b);
 
 /// Returns the map as if its keyframes had been recorded by another camera: each keypoint is at the
 /// pixel in which that camera would show it, at the level on which its patch would appear, rounded
-/// and within the pyramid. Keypoints may lie outside the images of that camera. The noise of the
-/// depths is then taken to be that of the other camera's sensor.
+/// and within the pyramid. Keypoints may lie outside the images of that camera. The depth
+/// noise of the other camera's sensor is assumed for all depths.
 MapContent with_camera(MapContent map, const Camera& camera);
 
 }  // namespace stillmap

@@ -210,17 +210,6 @@ void DenseStream::finish(const std::vector<NewKeyframe>& made) {
   settle(made);
 }
 
-/// Returns the place of a view relative to a keyframe that is still in the map; none if its map was
-/// dropped.
-std::optional<RelativePlace> DenseStream::place_in(const Map& map, std::uint64_t view) const {
-  const RelativePlace& place = places_.at(view);
-  const KeyframeId current = map.current_keyframe(place.keyframe);
-  if (!current.valid()) return std::nullopt;
-  if (current == place.keyframe) return place;
-  const Pose T_world_view = map.resolve(place.keyframe, place.T_keyframe_camera);
-  return RelativePlace{current, map.at(current).T_world_camera.inverse() * T_world_view};
-}
-
 std::future<std::shared_ptr<const LabeledCloud>> DenseStream::ask() {
   if (!stage_) {
     const auto empty = [] { return std::make_shared<const LabeledCloud>(); };
@@ -267,7 +256,7 @@ std::shared_ptr<const LabeledCloud> DenseStream::live_cloud() {
 PlacedMap DenseStream::place(const Map& map) {
   std::map<std::uint32_t, ViewPoses> by_component;
   for (const auto& [id, view] : dense_.views()) {
-    const auto place = place_in(map, id);
+    const auto place = current_place(map, places_.at(id));
     if (!place) continue;
     const Keyframe& keyframe = map.at(place->keyframe);
     by_component[keyframe.component][id] = keyframe.T_world_camera * place->T_keyframe_camera;
@@ -279,14 +268,12 @@ PlacedMap DenseStream::place(const Map& map) {
 }
 
 std::vector<AnchoredView> DenseStream::saved_views(const Map& map) const {
-  std::map<KeyframeId, std::uint32_t> number;  // in the map's content
-  map.for_each_keyframe(
-      [&](const Keyframe& k) { number.emplace(k.id, static_cast<std::uint32_t>(number.size())); });
+  const auto position = positions_in_content(map);
   std::vector<AnchoredView> views;
   for (const auto& [id, view] : dense_.views()) {
-    const auto place = place_in(map, id);
+    const auto place = current_place(map, places_.at(id));
     if (!place) continue;
-    views.push_back({{number.at(place->keyframe), 0}, place->T_keyframe_camera, *view});
+    views.push_back({{position.at(place->keyframe), 0}, place->T_keyframe_camera, *view});
   }
   return views;
 }

@@ -104,7 +104,6 @@ class DenseStream {
   void settle(const std::vector<NewKeyframe>& made);
   std::shared_ptr<const LabeledCloud> live_cloud();
   std::uint64_t view_of(std::size_t frame_index) const { return loaded_views_ + frame_index; }
-  std::optional<RelativePlace> place_in(const Map& map, std::uint64_t view) const;
 
   Camera camera_;
   const std::size_t max_mask_age_;  // maximum age of the labels' detections [frames]

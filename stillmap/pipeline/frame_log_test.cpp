@@ -58,7 +58,8 @@ TEST(FrameLog, DetectedObjectsThatFillTheImageDoNotMakeAPoseUncertain) {
   const cv::Rect person(0, 0, 400, 480), elsewhere(600, 0, 40, 480);
   EXPECT_EQ(with(person, kInBox), Uncertainty::kNone);
   EXPECT_EQ(with(elsewhere, kInBox), Uncertainty::kMinority);
-  EXPECT_EQ(with(person, 980), Uncertainty::kMinority) << "most of what the network does not know";
+  EXPECT_EQ(with(person, 980), Uncertainty::kMinority)
+      << "most keypoints outside detected objects move";
 }
 
 TEST(FrameLog, CovariancesGrowByTheSquaredOddsOfMovingKeypoints) {

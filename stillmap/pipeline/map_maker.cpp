@@ -16,8 +16,8 @@ namespace {
 /// Number of shared landmarks that connects two keyframes well enough without another loop.
 constexpr int kConnected = 15;
 
-/// Returns the motion between the worlds of two components that a match shows: from that of the
-/// larger id to that of the smaller.
+/// Returns T_first_second by a match, where the first is the world frame of the component with the
+/// smaller id and the second that of the other component.
 Pose motion_between(const Map& map, const LoopMatch& match) {
   const Keyframe& query = map.at(match.query);
   const Keyframe& candidate = map.at(match.candidate);
@@ -27,7 +27,7 @@ Pose motion_between(const Map& map, const LoopMatch& match) {
                                                : T_candidates_query_world.inverse();
 }
 
-/// Returns the keyframes of a match, that of the component with the larger id first.
+/// Returns the two keyframes of a match, beginning with the one in the component of larger id.
 std::pair<KeyframeId, KeyframeId> keyframes_in(const Map& map, const LoopMatch& match) {
   std::pair<KeyframeId, KeyframeId> pair{match.query, match.candidate};
   if (map.at(pair.first).component < map.at(pair.second).component)
@@ -73,7 +73,7 @@ std::vector<std::size_t> confirmed(const Map& map, const std::vector<PlaceCompar
   return chosen;
 }
 
-/// The landmarks of the newer of two keyframes of the same frame become those of the older one.
+/// Merges the landmarks of two keyframes that were made of the same frame, keypoint by keypoint.
 void merge_landmarks_of_equal_keypoints(Map& map, KeyframeId newer, KeyframeId older) {
   for (std::uint32_t i = 0; i < map.at(newer).landmarks.size(); ++i) {
     const LandmarkId of_newer = map.at(newer).landmarks[i], of_older = map.at(older).landmarks[i];

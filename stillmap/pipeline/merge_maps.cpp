@@ -5,6 +5,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/map/camera_change.hpp"
 #include "stillmap/pipeline/map_maker.hpp"
+#include "stillmap/pipeline/relative_place.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -137,7 +138,7 @@ std::vector<MapPair> all_pairs(std::size_t maps) {
   return pairs;
 }
 
-/// Adds what the comparisons of keyframes show to the pairs of their maps.
+/// Sets the places, inliers and reasons of all pairs from the comparisons of their keyframes.
 void describe(const std::vector<PlaceComparison>& comparisons, const Collection& maps,
               std::vector<MapPair>& pairs) {
   std::map<std::pair<std::size_t, std::size_t>, MapPair*> by_maps;
@@ -181,22 +182,17 @@ void set_connected(const Map& map, const Collection& maps, std::vector<MapPair>&
   }
 }
 
-/// Returns the views relative to the keyframes that are left, numbered as in Map::content(),
-/// without those of keyframes that repeat others.
+/// Returns the views, attached to keyframes numbered as in Map::content(). Views of the erased
+/// `repeated` keyframes are left out.
 std::vector<AnchoredView> remaining(std::vector<AnchoredView> views, const Map& map,
                                     const std::vector<KeyframeId>& repeated) {
-  std::map<KeyframeId, std::uint32_t> number;
-  map.for_each_keyframe(
-      [&](const Keyframe& k) { number.emplace(k.id, static_cast<std::uint32_t>(number.size())); });
+  const auto position = positions_in_content(map);
   std::vector<AnchoredView> left;
   for (AnchoredView& view : views) {
     if (std::find(repeated.begin(), repeated.end(), view.anchor) != repeated.end()) continue;
-    const KeyframeId now = map.current_keyframe(view.anchor);
-    if (now != view.anchor) {
-      view.T_anchor_camera =
-          map.at(now).T_world_camera.inverse() * map.resolve(view.anchor, view.T_anchor_camera);
-    }
-    view.anchor = {number.at(now), 0};
+    const RelativePlace place = current_place(map, {view.anchor, view.T_anchor_camera}).value();
+    view.anchor = {position.at(place.keyframe), 0};
+    view.T_anchor_camera = place.T_keyframe_camera;
     left.push_back(std::move(view));
   }
   return left;

@@ -36,15 +36,15 @@ struct MergedMap {
   std::size_t redundant = 0;       ///< Number of keyframes erased since others show the same.
 };
 
-/// Merges maps: each keyframe's place is recognized among those of all other maps and verified as
-/// loops are (see verify_loop()); two components are connected if the places of at least two
+/// Merges maps: the place of each keyframe is searched in all other maps and verified as for loops
+/// (see verify_loop()); two components are connected if the places of at least two
 /// keyframes show the same motion between them. Then landmarks are welded, keyframes that repeat
 /// others or are redundant are erased, and each component is optimized as a whole. Maps in which no
 /// common place is recognized remain as unconnected components.
 ///
-/// The world is that of the map with the oldest keyframe; maps of other cameras are converted to
-/// its camera: see with_camera(). The result does not depend on the order of the maps. Maps may be
-/// merged ones. Throws Error for fewer than two maps, maps of different pyramids, and a map that
+/// The world frame is that of the map with the oldest keyframe; maps of other cameras are converted
+/// to its camera: see with_camera(). The result does not depend on the order of the maps. Maps may
+/// be merged ones. Throws Error for fewer than two maps, maps of different pyramids, and a map that
 /// is given twice.
 /// @param writer  name and version of the program
 MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
