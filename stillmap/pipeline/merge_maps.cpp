@@ -3,7 +3,6 @@
 
 #include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
-#include "stillmap/map/camera_change.hpp"
 #include "stillmap/pipeline/map_maker.hpp"
 #include "stillmap/pipeline/relative_place.hpp"
 
@@ -51,27 +50,15 @@ std::vector<NamedMap> in_order(std::vector<NamedMap> maps) {
   return maps;
 }
 
-void require_same_pyramids(const std::vector<NamedMap>& maps) {
-  const PyramidShape& first = maps.front().saved.map.pyramid;
-  for (const NamedMap& map : maps) {
-    const PyramidShape& p = map.saved.map.pyramid;
-    if (p.levels == first.levels && p.scale_factor == first.scale_factor) continue;
-    throw Error(fmt::format("has {} pyramid levels of factor {}, {} has {} of {}", p.levels,
-                            p.scale_factor, maps.front().name, first.levels, first.scale_factor),
-                map.name, "map both recordings with the same options of features");
-  }
-}
-
 /// Maps side by side in one, as unconnected components.
 class Collection {
  public:
   Collection(const Camera& camera, const PyramidShape& pyramid)
       : content_{camera, pyramid, {}, {}, {}} {}
 
-  void add(SavedMap map) {
-    MapContent added = same_images(map.map.camera, content_.camera)
-                           ? std::move(map.map)
-                           : with_camera(std::move(map.map), content_.camera);
+  /// @param name of the map, for messages
+  void add(SavedMap map, const std::string& name) {
+    MapContent added = map_for(std::move(map.map), content_.camera, content_.pyramid, name);
     const auto keyframes = static_cast<std::uint32_t>(content_.keyframes.size());
     for (AnchoredView& view : map.views) {
       view.anchor.slot += keyframes;
@@ -213,15 +200,14 @@ MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
                      const std::string& writer) {
   if (maps.size() < 2) throw Error("needs at least two maps", "merge", "name more maps");
   maps = in_order(std::move(maps));
-  require_same_pyramids(maps);
   MergedMap merged;
   Camera camera = maps.front().saved.map.camera;
   camera.disparity_sigma = options.disparity_sigma;
   Collection collection(camera, maps.front().saved.map.pyramid);
   for (NamedMap& map : maps) {
-    merged.names.push_back(std::move(map.name));
     if (merged.saved.damage.empty()) merged.saved.damage = std::move(map.saved.damage);
-    collection.add(std::move(map.saved));
+    collection.add(std::move(map.saved), map.name);
+    merged.names.push_back(std::move(map.name));
   }
   MapMaker maker(Map(collection.take_content()), options);
   merged.pairs = all_pairs(merged.names.size());

@@ -227,11 +227,11 @@ SavedMap read_saved_map(const std::filesystem::path& source, const MemoryLimit& 
 MapContent map_for(MapContent map, const Camera& camera, const PyramidShape& pyramid,
                    const std::string& where) {
   if (map.pyramid.levels != pyramid.levels || map.pyramid.scale_factor != pyramid.scale_factor) {
-    throw Error(fmt::format("was made with {} pyramid levels of factor {}, and {} of {} are set",
+    throw Error(fmt::format("has {} pyramid levels of factor {}, the other map or the run {} of {}",
                             map.pyramid.levels, map.pyramid.scale_factor, pyramid.levels,
                             pyramid.scale_factor),
                 where,
-                fmt::format("add --set features.levels={} --set features.scale_factor={}",
+                fmt::format("map with --set features.levels={} --set features.scale_factor={}",
                             map.pyramid.levels, map.pyramid.scale_factor));
   }
   return same_images(map.camera, camera) ? std::move(map) : with_camera(std::move(map), camera);
