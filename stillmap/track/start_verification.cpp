@@ -14,7 +14,7 @@ namespace {
 /// Interval of the verified frames.
 constexpr int kInterval = 3;
 /// Minimum number of keypoints that agree with the other motion.
-constexpr int kMinSupport = 60;
+constexpr int kMinSupport = 30;
 /// Smallest ratio of the support of the other motion to that of the tracked pose.
 constexpr double kMinRatio = 1.25;
 
