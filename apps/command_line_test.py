@@ -624,7 +624,7 @@ class CommandLine(unittest.TestCase):
         truth = self.sequence / "groundtruth.txt"
         for arguments in (["map", "info", pipe], ["run", self.sequence, "--camera", pipe], ["eval", truth, pipe],
                           ["run", self.sequence, "--config", pipe], ["map", "info", "/dev/zero"]):
-            self.refused(stillmap(*arguments), 1, "is no regular file")
+            self.refused(stillmap(*arguments), 1, "is a pipe or device")
 
     def test_positions_that_are_no_positions_are_refused(self):
         far = self.folder / "far.txt"

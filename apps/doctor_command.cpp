@@ -72,8 +72,7 @@ void check_calibration(const DoctorArguments& arguments, Diagnosis& diagnosis) {
                            (arguments.camera.empty() ? "" : " --camera " + arguments.camera))));
     }
     if (!shows_focal_length(report)) {
-      std::string text =
-          "The focal length was not checked: the first 300 frames do not show it for certain.";
+      std::string text = "The focal length was not checked: the frames do not show it for certain.";
       if (report.discarded_focal_length) {
         text += fmt::format(" They fit {:.0f} pixels better than the given {:.0f}.",
                             *report.discarded_focal_length, camera.fx);

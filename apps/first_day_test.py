@@ -196,6 +196,27 @@ class FirstDay(unittest.TestCase):
                 file.with_name("._" + file.name).write_bytes(b"\0\5\x16\7Mac OS X")
         self.is_mapped(copy)
 
+    def test_a_truth_that_cannot_be_read_is_told_and_left_out(self):
+        copy = self.copy(lists=True)
+        (copy / "groundtruth.txt").write_text("1,5 0,2 0,1\n")
+        out = self.folder / "unreadable_truth_run"
+        done = stillmap("run", copy, "--set", "dense.enabled=false", "--out", out)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("the ground truth cannot be read", done.stderr)
+        self.assertEqual(json.loads((out / "summary.json").read_text())["frames"]["tracked"], FRAMES)
+        named = stillmap("run", copy, "--truth", copy / "groundtruth.txt", "--out", self.folder / "named_truth_run")
+        self.assertEqual(named.returncode, 1, named.stdout + named.stderr)
+
+    def test_names_with_a_date(self):
+        copy = self.copy()
+        for folder in ("rgb", "depth"):
+            for i, file in enumerate(sorted((copy / folder).glob("*.png"), key=lambda f: float(f.stem))):
+                milliseconds = round(1000 * i / 30)
+                file.rename(file.with_name(f"IMG_20240517_1230{milliseconds // 1000:02d}{milliseconds % 1000:03d}.png"))
+        done = stillmap("run", copy, "--set", "dense.enabled=false", "--out", self.folder / "dated_run")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn(f"{FRAMES} of {FRAMES} frames tracked", done.stdout)
+
     def test_names_in_capitals(self):
         copy = self.copy()
         for file in [*(copy / "rgb").iterdir(), *(copy / "depth").iterdir()]:

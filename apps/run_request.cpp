@@ -209,6 +209,18 @@ std::optional<Trajectory> truth_of(const RunRequest& request) {
   return in_camera_frame(truth, {Pose(), turned_camera(request.rotate)});
 }
 
+/// Returns the truth. A file that lies in the folder of the sequence, without being named, and
+/// cannot be read becomes a finding.
+std::optional<Trajectory> found_truth(const RunRequest& request, std::vector<Finding>& findings) {
+  try {
+    return truth_of(request);
+  } catch (const Error& error) {
+    if (!request.truth.empty() || !request.truth_frame.empty()) throw;
+    findings.push_back(with_severity(Severity::kNote, unreadable_truth(error)));
+    return std::nullopt;
+  }
+}
+
 std::string recording_of(const RunRequest& request) {
   if (names_live_camera(request.sequence)) return request.sequence;
   return std::filesystem::absolute(request.sequence).lexically_normal().string();
@@ -279,9 +291,11 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.total_frames = source->size();
   session.live_camera = names_live_camera(request.sequence);
   session.live = session.live_camera || request.follow.has_value();
-  session.truth = truth_of(request);
-  session.names = {truth_file(request).string(), "trajectory.txt",
-                   truth_frame_of(truth_file(request), request.truth_frame)};
+  session.truth = found_truth(request, session.findings);
+  session.names = {.truth = truth_file(request).string(),
+                   .estimate = "trajectory.txt",
+                   .truth_frame = truth_frame_of(truth_file(request), request.truth_frame),
+                   .estimate_is_own = true};
   session.detector = detector_of(options.preset(), session.parameters, request.quiet);
   if (session.rules)
     check_rule_classes(*session.rules, classes_of(session.detector), request.zones);

@@ -23,7 +23,7 @@ std::ifstream open_file(const fs::path& file) {
   // A pipe or device may have no end.
   if (fs::exists(file, failed) && !fs::is_directory(file, failed) &&
       !fs::is_regular_file(file, failed)) {
-    throw Error("is no regular file", file.string(), "copy its content into a file");
+    throw Error("is a pipe or device", file.string(), "copy its content into a file");
   }
   std::ifstream in(file, std::ios::binary);
   if (!in || fs::is_directory(file, failed)) {

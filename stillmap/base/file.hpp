@@ -19,11 +19,11 @@ inline constexpr std::uintmax_t kAnySize = std::numeric_limits<std::uintmax_t>::
 /// Returns whether there is a regular file of this name that may be looked up.
 bool is_file(const std::filesystem::path& path);
 
-/// Opens a file for reading. Throws Error if it cannot be read, or is no regular file.
+/// Opens a file for reading. Throws Error if it cannot be read, or is a pipe or device.
 std::ifstream open_file(const std::filesystem::path& file);
 
 /// Returns the content of a file. Throws Error if it cannot be read, and before memory is taken if
-/// it is no regular file or has more than `largest` bytes.
+/// it is a pipe or device, or has more than `largest` bytes.
 std::string read_file(const std::filesystem::path& file, std::uintmax_t largest = kLargestText);
 
 /// Writes a file atomically: to a temporary name in the same folder, then renamed, so readers see

@@ -156,7 +156,7 @@ TEST(Options, AListIsAYamlListOrItsItemsWithCommas) {
     EXPECT_EQ(options.motion.moving_classes, expected) << list;
   }
   EXPECT_THAT(error_of_setting("motion.moving_classes=[person"), HasSubstr("is not a YAML list"));
-  EXPECT_THAT(error_of_setting("motion.moving_classes=[[person]]"), HasSubstr("takes a list"));
+  EXPECT_THAT(error_of_setting("motion.moving_classes=[[person]]"), HasSubstr("expected list"));
 }
 
 TEST(Options, AnUnknownNameSuggestsTheNearest) {
@@ -170,11 +170,12 @@ TEST(Options, AnUnknownNameSuggestsTheNearest) {
 }
 
 TEST(Options, AValueOfTheWrongTypeIsAnError) {
-  EXPECT_THAT(error_of_setting("features.keypoints=many"), HasSubstr("takes a whole number"));
-  EXPECT_THAT(error_of_setting("features.keypoints=100.5"), HasSubstr("takes a whole number"));
+  EXPECT_THAT(error_of_setting("features.keypoints=many"), HasSubstr("expected whole number"));
+  EXPECT_THAT(error_of_setting("features.keypoints=100.5"), HasSubstr("expected whole number"));
   EXPECT_THAT(error_of_setting("dense.enabled=perhaps"), HasSubstr("true or false"));
   EXPECT_THAT(error_of_setting("features=3"), HasSubstr("features is a group of options"));
-  EXPECT_THAT(error_of_setting("features.keypoints"), HasSubstr("is no assignment"));
+  EXPECT_THAT(error_of_setting("features.keypoints"),
+              HasSubstr("is not of the form group.name=value"));
   EXPECT_THAT(error_of_setting("preset=static"), HasSubstr("--preset NAME"));
   EXPECT_THAT(error_of_setting("features.keypoints=many"),
               HasSubstr("option 'features.keypoints=many': "));

@@ -89,7 +89,7 @@ T converted(const YAML::Node& node, const std::string& path, const Source& sourc
     }
     return node.as<T>();
   } catch (const YAML::Exception&) {
-    throw Error(fmt::format("option {} takes a {} as value, not '{}'", path, type_name<T>(),
+    throw Error(fmt::format("option {}: expected {}, found '{}'", path, type_name<T>(),
                             node.IsScalar() ? node.Scalar() : std::string("a list")),
                 place(node, source), kOptionsFix);
   }
@@ -280,7 +280,8 @@ void set_option(const std::string& assignment, Options& options) {
   const Source source{"option '" + assignment + "'", /*has_lines=*/false};
   const auto equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw Error("is no assignment", source.name, "write group.name=value");
+    throw Error("is not of the form group.name=value", source.name,
+                "write, for example, --set features.keypoints=1000");
   }
   const std::string path = assignment.substr(0, equals), text = assignment.substr(equals + 1);
   if (path == kPresetKey) {

@@ -63,9 +63,8 @@ std::string time_span(const Trajectory& trajectory) {
 void require_poses(const Trajectory& truth, const Trajectory& estimate, std::size_t least) {
   const auto require = [least](const Trajectory& trajectory, const std::string& name) {
     if (trajectory.size() >= least) return;
-    throw Error(
-        fmt::format("has {}, at least {} are needed", counted(trajectory.size(), "pose"), least),
-        name, "check that tracking gave poses and that the right file was named");
+    throw Error(fmt::format("has {}, fewer than {}", counted(trajectory.size(), "pose"), least),
+                name, "check that tracking gave poses and that the right file was named");
   };
   require(truth, "true trajectory");
   require(estimate, "estimated trajectory");
@@ -76,8 +75,8 @@ void require_poses(const Trajectory& truth, const Trajectory& estimate, std::siz
   const bool overlap = estimate.front().timestamp < truth.back().timestamp + kMaxDifference &&
                        truth.front().timestamp < estimate.back().timestamp + kMaxDifference;
   throw Error(
-      overlap ? fmt::format("only {} pairs of stamps lie within {} s of each other; 3 are needed",
-                            pairs, kMaxDifference)
+      overlap ? fmt::format("only {} of stamps are within {} s of each other; 3 are needed",
+                            counted(pairs, "pair"), kMaxDifference)
               : std::string("the two trajectories do not overlap in time"),
       fmt::format("truth {}, estimate {}", time_span(truth), time_span(estimate)),
       "check that both files belong to the same recording and count seconds on the same clock");

@@ -157,6 +157,7 @@ std::vector<Reading> other_readings(const Trajectory& truth, const Trajectory& e
          {std::tuple(names.estimate, &truth, &other_estimate),
           std::tuple(names.truth, &other_truth, &estimate),
           std::tuple(both, &other_truth, &other_estimate)}) {
+      if (names.estimate_is_own && of_estimate != &estimate) continue;
       readings.push_back({*of_truth, *of_estimate, fmt::format(fmt::runtime(condition), file),
                           fmt::format(fmt::runtime(fix), file == both ? "each of them" : file)});
     }
@@ -217,7 +218,8 @@ std::optional<BestReading> best_reading(const Trajectory& truth, const Trajector
     const Sizes size = sizes(motions);
     const double differs = difference(size, scope);
     const bool turns_agree = scope.only_positions || size.turn_error <= turn_bound;
-    if (turns_agree && differs < (best ? best->difference : bound))
+    const bool agrees = turns_agree && differs <= kUnlike * total(size, scope);
+    if (agrees && differs < (best ? best->difference : bound))
       best = {differs, difference_text(size, scope), condition, fix};
   };
   if (!scope.only_positions && difference(as_read, scope) > kUnlike * total(as_read, scope)) {

@@ -12,6 +12,8 @@ namespace stillmap {
 struct TrajectoryNames {
   std::string truth, estimate;  ///< Names of the files.
   std::string truth_frame;      ///< Name for read_truth_frame(); empty: the truth is the camera's.
+  /// Whether the order and direction of the estimated poses are known, as in a run's own result.
+  bool estimate_is_own = false;
 };
 
 /// Returns why the errors of the estimate probably mean nothing; mostly nothing. The motions over

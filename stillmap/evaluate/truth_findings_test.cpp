@@ -96,6 +96,18 @@ TEST(TruthFindings, NameInvertedPoses) {
               ElementsAre(HasSubstr("if the poses of truth.txt are inverted")));
 }
 
+TEST(TruthFindings, NeverNameTheOwnEstimateAndOnlyReadingsThatAgree) {
+  const Trajectory truth = turning(), estimate = estimated(truth, 0.002);
+  TrajectoryNames names = kNames;
+  names.estimate_is_own = true;
+  EXPECT_THAT(texts(truth, inverted(estimate), names), Each(Not(HasSubstr("estimate.txt are"))));
+  EXPECT_THAT(texts(inverted(truth), estimate, names),
+              ElementsAre(HasSubstr("if the poses of truth.txt are inverted")));
+  Trajectory turned = truth;  // a camera upside down: no other reading has its motions
+  for (auto& [stamp, T] : turned) T = T * Pose(so3_exp({0, 0, 3.1}), Eigen::Vector3d::Zero());
+  EXPECT_THAT(texts(turned, estimate, kNames), Each(Not(HasSubstr("and by "))));
+}
+
 TEST(TruthFindings, TellInvertedPosesFromQwFirstOnARobot) {
   Trajectory robot;  // turns about the y axis only, so that both have the same rotations
   for (int i = 0; i < 120; ++i)

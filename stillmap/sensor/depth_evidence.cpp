@@ -285,11 +285,13 @@ std::optional<Finding> RegistrationEvidence::finding() const {
   }
   if (!contradicts()) {
     if (!unrelated()) return std::nullopt;
-    return make_finding("depth-unrelated",
-                        edges +
-                            "are not where those in the color images are, nor at any offset: the "
-                            "depth images are of another moment or recording",
-                        "correct the timestamps, or the file that pairs the images");
+    return make_finding(
+        "depth-unrelated",
+        edges +
+            "are not where those in the color images are, nor at any offset: the "
+            "depth images are of another moment or recording",
+        "correct the timestamps or the file that pairs the images, or register depth "
+        "to color");
   }
   std::string text;
   for (const cv::Point offset : fit().offsets)

@@ -528,15 +528,12 @@ void check_ground_truth(const SequencePaths& paths, const std::vector<FrameFiles
         fmt::format("ground truth: {}, {:.1f} % of the frames have one within 0.02 s",
                     counted(truth.size(), "pose"), 100 * share);
     if (covered == 0) {
-      diagnosis.add(with_severity(
-          Severity::kError,
-          make_finding(
-              "truth-quality",
-              fmt::format("{}: it runs from {:.3f} to {:.3f} s, the images from {:.3f} to {:.3f} s",
-                          text, truth_stamps.front(), truth_stamps.back(), stamps.front(),
-                          stamps.back()),
-              "use the ground truth of this recording, with timestamps of the same clock in "
-              "seconds")));
+      diagnosis.add(make_finding(
+          "truth-quality",
+          fmt::format("{}: it runs from {:.3f} to {:.3f} s, the images from {:.3f} to {:.3f} s",
+                      text, truth_stamps.front(), truth_stamps.back(), stamps.front(),
+                      stamps.back()),
+          "use the ground truth of this recording, with timestamps of the same clock in seconds"));
     } else if (share < 0.9) {
       diagnosis.add(
           make_finding("truth-quality", text, "errors will be measured on these frames only"));
@@ -545,7 +542,7 @@ void check_ground_truth(const SequencePaths& paths, const std::vector<FrameFiles
     }
     check_jumps(truth, options, diagnosis);
   } catch (const Error& error) {
-    add_error(diagnosis, error);
+    diagnosis.add(unreadable_truth(error));
   }
 }
 
@@ -648,6 +645,15 @@ void Diagnosis::add(Finding finding) {
 }
 
 void Diagnosis::add_ok(std::string message) { add({.message = std::move(message)}); }
+
+Finding unreadable_truth(const Error& reason) {
+  return make_finding(
+      "truth-quality",
+      fmt::format("the ground truth cannot be read, so errors are not measured: {}: {}",
+                  reason.where(), reason.problem()),
+      "remove or rename the file, or correct it" +
+          (reason.fix().empty() ? "" : ": " + reason.fix()));
+}
 
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   Diagnosis diagnosis;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/error.hpp"
 #include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/frame_source.hpp"
@@ -63,6 +64,9 @@ std::optional<Finding> depth_unit_finding(const std::filesystem::path& folder, c
 /// of their color images, such as those of a list that was sorted as text; none if they are.
 std::optional<Finding> order_finding(const std::filesystem::path& folder,
                                      const std::filesystem::path& associations = {});
+
+/// Returns the finding that the ground truth of a sequence cannot be read, for this reason.
+Finding unreadable_truth(const Error& reason);
 
 /// Checks a source that is no folder of images, such as a recorded file or a stereo pair, by its
 /// first frames, with FrameCheck.

@@ -16,20 +16,21 @@ std::optional<double> finite_number_of(const std::string& text) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-/// Returns the seconds since 1970 of a name such as 2024-05-17_12-30-11.033; the time zone is
-/// ignored.
+/// Returns the seconds since 1970 of a name such as 2024-05-17_12-30-11.033, IMG_20240517_123011033
+/// or 2024-05-17T12:30:11.033Z; the time zone is ignored.
 std::optional<double> named_date(const std::string& name) {
   static const std::regex kDate(
-      R"((\d{4})-(\d\d)-(\d\d)[_T ](\d\d)[-:.](\d\d)[-:.](\d\d(?:\.\d+)?)$)");
+      R"((?:^|\D)((?:19|20)\d\d)[-.]?(\d\d)[-.]?(\d\d)[-_T ](\d\d)[-:.]?(\d\d)[-:.]?(\d\d)[-_.,]?(\d*)Z?$)");
   std::smatch found;
   if (!std::regex_search(name, found, kDate)) return std::nullopt;
   const auto number = [&](std::size_t part) { return number_of(found[part].str()).value_or(0); };
   const std::chrono::year_month_day date{std::chrono::year(static_cast<int>(number(1))),
                                          std::chrono::month(static_cast<unsigned>(number(2))),
                                          std::chrono::day(static_cast<unsigned>(number(3)))};
-  if (!date.ok()) return std::nullopt;
+  if (!date.ok() || number(4) >= 24 || number(5) >= 60 || number(6) > 60) return std::nullopt;
   const auto days = std::chrono::sys_days(date).time_since_epoch().count();
-  return ((days * 24 + number(4)) * 60 + number(5)) * 60 + number(6);
+  const double fraction = number_of("0." + found[7].str() + "0").value_or(0);
+  return ((days * 24 + number(4)) * 60 + number(5)) * 60 + number(6) + fraction;
 }
 
 /// Returns the number in a name with parts separated by underscores: the last one with a decimal

@@ -402,7 +402,9 @@ FrameList read_associations(const SequencePaths& paths) {
 Error no_image(const fs::path& folder, const std::vector<SkippedFrame>& skipped) {
   if (!skipped.empty())
     return Error("contains no image whose name tells its time or number: " + skipped.front().reason,
-                 folder.string(), "name the images by their times or numbers");
+                 folder.string(),
+                 "name the images by their times in seconds, 1305031229.528.png, by dates, "
+                 "20240517_123011.033.png, or by numbers");
   std::map<std::string, int> count;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored))
@@ -433,7 +435,7 @@ ImageList images_of_folder(const fs::path& folder, const ImageNames& names,
           {.timestamp = 0,
            .reason = fmt::format("{}: {}", printable(entry.path().filename().string()),
                                  number ? times.file.filename().string() + " has no time for it"
-                                        : "the name contains no time and no number")});
+                                        : "its name is no time or number that can be read")});
     }
   }
   std::sort(list.images.begin(), list.images.end(), [](const auto& a, const auto& b) {

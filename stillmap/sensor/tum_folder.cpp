@@ -44,6 +44,14 @@ std::string header_problem(const FrameFiles& files, const ImageSizes& sizes) {
   return "";
 }
 
+/// Returns whether the files listed as depth are color images and the others depth images.
+bool are_exchanged(const FrameFiles& files) {
+  if (files.depth.empty()) return false;
+  const auto color = read_image_header(files.color), depth = read_image_header(files.depth);
+  return color.problem.empty() && depth.problem.empty() && depth_problem(color.header).empty() &&
+         color_problem(depth.header).empty() && !depth_problem(depth.header).empty();
+}
+
 }  // namespace
 
 TumFolder::TumFolder(const SequencePaths& paths, const Camera& camera, const FrameRange& range)
@@ -99,10 +107,10 @@ void TumFolder::require_one_usable_frame() const {
       list_.frames.front().color.parent_path().parent_path().string(),
       first_problem.ends_with("is missing")
           ? "copy the images to where the lists name them, or correct the names in the lists"
-          : "give the camera that recorded the sequence (--camera), with its image size; color "
-            "must "
-            "be 8-bit PNG or JPEG, depth 16-bit PNG or TIFF, or TIFF of 32-bit floats, of the same "
-            "size");
+      : are_exchanged(list_.frames.front())
+          ? "exchange the two lists: the color images are listed as depth images"
+          : "color must be 8-bit PNG or JPEG, depth 16-bit PNG or TIFF, or 32-bit floats in TIFF, "
+            "EXR or NPY, both of the size of the camera that recorded them (--camera)");
 }
 
 /// Throws Error if the depth factor is for floats in meters, as in ORB-SLAM's settings for ROS, but
