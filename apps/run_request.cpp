@@ -184,6 +184,18 @@ std::filesystem::path truth_file(const RunRequest& request) {
                                : std::filesystem::path(request.truth);
 }
 
+/// Returns the truth. A file that lies in the folder of the sequence, without being named, and
+/// cannot be read becomes a finding.
+std::optional<Trajectory> found_truth(const RunRequest& request, std::vector<Finding>& findings) {
+  try {
+    return truth_of(request);
+  } catch (const Error& error) {
+    if (!request.truth.empty() || !request.truth_frame.empty()) throw;
+    findings.push_back(with_severity(Severity::kNote, unreadable_truth(error)));
+    return std::nullopt;
+  }
+}
+
 }  // namespace
 
 Options options_of(const RunRequest& request) {
@@ -207,18 +219,6 @@ std::optional<Trajectory> truth_of(const RunRequest& request) {
   Trajectory truth = true_camera_trajectory(file, truth_frame_of(file, request.truth_frame));
   if (request.rotate == 0) return truth;
   return in_camera_frame(truth, {Pose(), turned_camera(request.rotate)});
-}
-
-/// Returns the truth. A file that lies in the folder of the sequence, without being named, and
-/// cannot be read becomes a finding.
-std::optional<Trajectory> found_truth(const RunRequest& request, std::vector<Finding>& findings) {
-  try {
-    return truth_of(request);
-  } catch (const Error& error) {
-    if (!request.truth.empty() || !request.truth_frame.empty()) throw;
-    findings.push_back(with_severity(Severity::kNote, unreadable_truth(error)));
-    return std::nullopt;
-  }
 }
 
 std::string recording_of(const RunRequest& request) {
