@@ -404,6 +404,16 @@ class CommandLine(unittest.TestCase):
         self.assertTrue((gated / "figures/repeated_landmarks.png").exists())
         self.refused(stillmap("run", self.sequence, "--figures=-1", "--out", self.folder / "none"), 1, "no frame -1")
 
+    def test_the_shutters_are_estimated_from_all_frames_when_every_third_is_mapped(self):
+        sequence, out = self.folder / "rolling", self.folder / "rolling_out"
+        self.succeeded(stillmap("simulate", "--camera", "rpy", "--speed", 2, "--readout", 0.03, "--people", 0, "--frames", 90,
+                                "--width", 320, "--height", 240, "--out", sequence))
+        done = stillmap("run", sequence, "--stride", 3, "--set", "dense.enabled=false", "--out", out)
+        self.succeeded(done)
+        self.assertIn("shutters: readout", done.stdout)
+        summary = json.loads((out / "summary.json").read_text())
+        self.assertLess(summary["evaluation"]["ate"]["translation_m"]["rmse"], 0.01)  # 0.023 without the timing
+
     def test_the_former_names_of_simulated_objects_still_work(self):
         masks = []
         for words in (["--objects", 1, "--near-objects"], ["--things", 1, "--near-things"]):

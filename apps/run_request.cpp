@@ -89,8 +89,8 @@ std::optional<Following> following_of(const RunRequest& request) {
 /// file tells the timing.
 ShutterTiming shutter_of(const RunRequest& request, SourceOptions range,
                          const SlamParameters& parameters, const Camera& camera) {
-  if (camera.shutter || parameters.schedule.realtime || range.stride != 1 || range.following)
-    return {};
+  if (camera.shutter || parameters.schedule.realtime || range.following) return {};
+  range.stride = 1;
   const int frames = range.count;
   range.count = frames > 0 ? std::min(frames, kShutterFrames) : kShutterFrames;
   const ShutterTiming timing =
