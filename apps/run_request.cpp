@@ -85,8 +85,8 @@ std::optional<Following> following_of(const RunRequest& request) {
   return Following{.patience = request.follow.value_or(Following{}.patience), .stop = interrupted};
 }
 
-/// Returns the timing of a recording's shutters as its first frames show it. Unused if the camera
-/// file tells the timing.
+/// Returns the timing of a recording's shutters as its first frames show it, also those that a
+/// stride leaves out. Unused if the camera file tells the timing.
 ShutterTiming shutter_of(const RunRequest& request, SourceOptions range,
                          const SlamParameters& parameters, const Camera& camera) {
   if (camera.shutter || parameters.schedule.realtime || range.following) return {};

@@ -35,7 +35,8 @@ constexpr double kLeastSeenWay = 0.01;
 /// Motions with an error of this share of their size have hardly anything in common: unrelated
 /// motions of one size have at least 1.
 constexpr double kUnrelated = 0.8;
-/// The same for another order of the numbers or another frame of the poses.
+/// Share from which the order of the numbers or the frame of the poses may be another one, and up
+/// to which another reading agrees.
 constexpr double kUnlike = 0.3;
 /// Median motion over one second below which nothing is told.
 constexpr double kLeastTurn = 2, kLeastWay = 0.05;  // [degrees], [m]

@@ -288,10 +288,10 @@ std::optional<Finding> RegistrationEvidence::finding() const {
     return make_finding(
         "depth-unrelated",
         edges +
-            "are not where those in the color images are, nor at any offset: the "
-            "depth images are of another moment or recording",
-        "correct the timestamps or the file that pairs the images, or register depth "
-        "to color");
+            "are not where those in the color images are, nor at any offset: the depth images are "
+            "of "
+            "another moment or recording",
+        "correct the timestamps or the file that pairs the images, or register depth to color");
   }
   std::string text;
   for (const cv::Point offset : fit().offsets)

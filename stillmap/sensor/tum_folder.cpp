@@ -44,12 +44,11 @@ std::string header_problem(const FrameFiles& files, const ImageSizes& sizes) {
   return "";
 }
 
-/// Returns whether the files listed as depth are color images and the others depth images.
+/// Returns whether the file listed as depth is a color image, and the other one a depth image.
 bool are_exchanged(const FrameFiles& files) {
-  if (files.depth.empty()) return false;
   const auto color = read_image_header(files.color), depth = read_image_header(files.depth);
   return color.problem.empty() && depth.problem.empty() && depth_problem(color.header).empty() &&
-         color_problem(depth.header).empty() && !depth_problem(depth.header).empty();
+         color_problem(depth.header).empty();
 }
 
 }  // namespace
