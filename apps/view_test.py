@@ -348,10 +348,9 @@ class InTheBrowser(ViewTest):
         page = pages[0]
         page.wait("!stillmap.connected")
         self.view("view", self.folder / "browser", "--port", port)
-        page.wait("stillmap.connected && stillmap.connections >= 2 && !stillmap.live && stillmap.points > 1000", 120)
-        state = self.state(page)
         summary = json.loads((self.folder / "browser/summary.json").read_text())
-        self.assertEqual(state["points"], summary["cloud_points"])
+        page.wait(f"stillmap.connected && stillmap.connections >= 2 && !stillmap.live && stillmap.points === {summary['cloud_points']}", 120)
+        state = self.state(page)
         self.assertEqual(state["keyframes"], summary["keyframes"])
         self.assertGreaterEqual(state["path"], summary["frames"]["tracked"])
         self.assertEqual(state["errors"], 0, page.logs)
