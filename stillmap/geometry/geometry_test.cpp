@@ -11,6 +11,7 @@
 #include <numbers>
 #include <random>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace stillmap {
@@ -222,6 +223,11 @@ TEST_F(TrajectoryFile, TheUnitOfTheTimestampsIsThatOfTheFile) {
   EXPECT_NEAR(read_trajectory(file_)[1].T_world_camera.quaternion().x(), 0.6, 1e-12);
   write("1000000000000 1 2 3 0 0 0 1\n1000033333333 1 2 3 0 0 0 1\n");
   EXPECT_NEAR(read_trajectory(file_).at(0).timestamp, 1000, 1e-6) << "by its largest number";
+  for (const char* stamps :
+       {"1305031229500 {0}\n1305031229540 {0}\n", "1305031229500000 {0}\n1305031229540000 {0}\n"}) {
+    write(fmt::format(fmt::runtime(stamps), "1 2 3 0 0 0 1"));
+    EXPECT_NEAR(read_trajectory(file_).at(1).timestamp, 1305031229.54, 1e-6) << "since 1970";
+  }
 }
 
 TEST_F(TrajectoryFile, AHeadingTellsTheOrderOfTheQuaternion) {

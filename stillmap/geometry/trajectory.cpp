@@ -5,6 +5,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/number.hpp"
+#include "stillmap/base/stamp_unit.hpp"
 #include "stillmap/base/unicode.hpp"
 #include "stillmap/base/warning.hpp"
 
@@ -60,7 +61,7 @@ std::vector<double> numbers_of(std::string line, const std::string& where) {
 /// EuRoC: separated by commas with qw first (its ground truth), or by blanks with qw last (as
 /// ORB-SLAM3 writes it). A heading that names the columns counts more.
 struct PoseFormat {
-  bool nanoseconds = false;
+  double stamp_unit = 1;  // [s]
   bool scalar_first = false;
   bool only_positions = false;  // all lines are timestamp tx ty tz
 };
@@ -112,14 +113,25 @@ std::optional<bool> scalar_first_in(std::string heading) {
   return w && x ? std::optional(*w < *x) : std::nullopt;
 }
 
+/// Returns the unit of the timestamps [s]. Those of another clock than that since 1970 are in
+/// nanoseconds if they are too large for seconds.
+double stamp_unit(const std::string& heading, const std::vector<PoseLine>& lines) {
+  if (heading.find("[ns]") != std::string::npos) return kNanosecond;
+  std::vector<double> stamps;
+  for (const PoseLine& line : lines) {
+    if (!line.numbers.empty()) stamps.push_back(line.numbers.front());
+  }
+  const double unit = unit_of_stamps(stamps);
+  const bool too_large = std::any_of(stamps.begin(), stamps.end(),
+                                     [](double stamp) { return std::abs(stamp) > kLargestNumber; });
+  return unit == 1 && too_large ? kNanosecond : unit;
+}
+
 PoseFormat format_of(const std::string& heading, const std::vector<PoseLine>& lines, bool commas) {
   PoseFormat format;
-  format.nanoseconds =
-      heading.find("[ns]") != std::string::npos ||
-      std::any_of(lines.begin(), lines.end(), [](const PoseLine& line) {
-        return !line.numbers.empty() && std::abs(line.numbers.front()) > kLargestNumber;
-      });
-  format.scalar_first = scalar_first_in(heading).value_or(format.nanoseconds && commas);
+  format.stamp_unit = stamp_unit(heading, lines);
+  format.scalar_first =
+      scalar_first_in(heading).value_or(format.stamp_unit == kNanosecond && commas);
   format.only_positions = std::all_of(lines.begin(), lines.end(), [](const PoseLine& line) {
     return line.numbers.size() == kPositionNumbers;
   });
@@ -154,14 +166,14 @@ StampedPose pose_of_arkit(const PoseLine& line) {
 StampedPose pose_of(const PoseLine& line, const PoseFormat& format) {
   const std::vector<double>& v = line.numbers;
   if (v.size() == kMatrixNumbers) return pose_of_matrix(line);
-  const double unit = format.nanoseconds ? kNanosecond : 1;
+  const double unit = format.stamp_unit;
   if (format.only_positions)
     return {v[0] * unit, Pose(Eigen::Quaterniond::Identity(), {v[1], v[2], v[3]})};
   if (v.size() == kKittiNumbers) {
     throw Error("has 12 numbers, a pose in KITTI's format, which has no timestamp", line.where,
                 "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
   }
-  if (v.size() == kEurocNumbers && !format.nanoseconds) {
+  if (v.size() == kEurocNumbers && format.stamp_unit != kNanosecond) {
     throw Error("has 17 numbers, as EuRoC's ground truth, but a timestamp in seconds", line.where,
                 "begin the file with the heading of EuRoC, #timestamp [ns],...");
   }

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/counted.hpp"
 #include "stillmap/sensor/frame_check.hpp"
+#include "stillmap/sensor/unlikely_camera.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,10 +26,6 @@ constexpr double kMaxWithoutMasks = 0.5;
 
 /// Least number of points of a dense map of this many frames with a pose.
 constexpr std::size_t kFewestPoints = 100, kFramesForACloud = 30;
-/// Largest ratio of the sides of a pixel, and limits of the focal length [image widths]: fields of
-/// view of 136 and 14 degrees.
-constexpr double kMostOblong = 1.2, kShortestFocal = 0.2, kLongestFocal = 4;
-
 /// Largest factor by which a given focal length is taken to be wrong.
 constexpr double kLargestFocalFactor = 2;
 
@@ -217,21 +214,11 @@ void add_wrong_focal_length(const RunDetails& record, std::vector<Finding>& find
       {{"given_px", record.result.camera.fx}, {"fitting_px", *fitting}}));
 }
 
-/// Returns whether the principal point is far from the center of the images and would be near it
-/// with cx and cy exchanged.
-bool has_exchanged_center(const Camera& camera) {
-  constexpr double kNear = 0.05, kFar = 0.1;  // distances from the center [image widths]
-  const auto distance = [&](double x, double y) {
-    return std::hypot(x - camera.width / 2.0, y - camera.height / 2.0) / camera.width;
-  };
-  return distance(camera.cx, camera.cy) > kFar && distance(camera.cy, camera.cx) < kNear;
-}
-
 /// Adds a principal point that the map contradicts.
 void add_wrong_center(const RunDetails& record, std::vector<Finding>& findings) {
   const Camera& camera = record.result.camera;
   const auto& fitting = record.result.camera_errors.center;
-  if (!fitting || has_exchanged_center(camera)) return;
+  if (!fitting || unlikely_camera_finding(camera)) return;
   findings.push_back(make_finding(
       "principal-point",
       fmt::format("the principal point of the camera contradicts the map: ({:.0f}, {:.0f}) is "
@@ -260,33 +247,6 @@ void add_distances(const RunDetails& record, std::vector<Finding>& findings) {
                        ", as if they were distances from the camera instead of depths along its "
                        "optical axis",
                    "divide them by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2)"));
-}
-
-/// Adds intrinsics that hardly any camera has: pixels that are not square, a principal point far
-/// from the center of the image, or an extreme field of view.
-void add_unlikely_camera(const Camera& camera, std::vector<Finding>& findings) {
-  if (camera.width == 0 || camera.fx <= 0 || camera.fy <= 0) return;
-  const double aspect = camera.fx / camera.fy, focal = camera.fx / camera.width;
-  const double cx = camera.cx / camera.width, cy = camera.cy / camera.height;
-  const auto central = [](double share) { return share > 0.25 && share < 0.75; };
-  if (has_exchanged_center(camera)) {
-    findings.push_back(make_finding(
-        "principal-point",
-        fmt::format("the principal point (cx {:g}, cy {:g}) is far from the center of the images "
-                    "of {} x {} pixels, and would be near it with cx and cy exchanged",
-                    camera.cx, camera.cy, camera.width, camera.height),
-        "exchange them in the camera file"));
-    return;
-  }
-  const bool likely = aspect > 1 / kMostOblong && aspect < kMostOblong && central(cx) &&
-                      central(cy) && focal > kShortestFocal && focal < kLongestFocal;
-  if (likely) return;
-  findings.push_back(make_finding(
-      "unlikely-camera",
-      fmt::format("the intrinsics of the camera are unlikely (fx {:g}, fy {:g}, cx {:g}, cy {:g} "
-                  "for images of {} x {} pixels)",
-                  camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height),
-      "check them with: stillmap doctor RECORDING"));
 }
 
 /// Adds that more than a fifth of the frames came too fast, unless the coverage is so low that
@@ -336,7 +296,8 @@ std::vector<Finding> run_findings(const RunDetails& run) {
   add_wrong_focal_length(run, findings);
   add_wrong_center(run, findings);
   add_distances(run, findings);
-  add_unlikely_camera(result.camera, findings);
+  if (auto finding = unlikely_camera_finding(result.camera))
+    findings.push_back(*std::move(finding));
   add_late_frames(run, findings);
   return findings;
 }

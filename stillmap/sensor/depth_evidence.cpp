@@ -288,9 +288,8 @@ std::optional<Finding> RegistrationEvidence::finding() const {
     return make_finding(
         "depth-unrelated",
         edges +
-            "are not where those in the color images are, nor at any offset: the depth images are "
-            "of "
-            "another moment or recording",
+            "are not where those in the color images are, nor at any small offset: the "
+            "depth images are not registered to color, or of another moment or recording",
         "correct the timestamps or the file that pairs the images, or register depth to color");
   }
   std::string text;

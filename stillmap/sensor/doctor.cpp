@@ -14,6 +14,7 @@
 #include "stillmap/sensor/image_sizes.hpp"
 #include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/sequence.hpp"
+#include "stillmap/sensor/unlikely_camera.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -578,6 +579,7 @@ std::size_t check_frames(FrameSource& source, std::size_t most_frames, Diagnosis
   else
     diagnosis.add(make_finding("no-frames", examined));
   for (Finding& finding : check.findings()) diagnosis.add(std::move(finding));
+  if (auto finding = unlikely_camera_finding(source.camera())) diagnosis.add(*std::move(finding));
   return frames;
 }
 

@@ -55,6 +55,14 @@ class Doctor : public ::testing::Test {
   }
 };
 
+TEST_F(Doctor, TellsExchangedCoordinatesOfThePrincipalPoint) {
+  Camera camera = TestSequence::camera();
+  camera.cx = camera.height / 2.0;
+  camera.cy = camera.width / 2.0;
+  write_camera(sequence_.path("camera.yaml"), camera);
+  EXPECT_THAT(untrusted(), HasSubstr("with cx and cy exchanged"));
+}
+
 TEST_F(Doctor, KnowsTheDepthFactorOfAKinectByTheStepsOfItsDepths) {
   cv::Mat1w depth(48, 64);
   double disparity = 8 * 580 * 0.075 / 5;  // 5 m

@@ -202,6 +202,41 @@ TEST(FolderLayout, IclNuimHasDepthFirstAndNumbersForTimes) {
   EXPECT_EQ(cv::norm(frames[0]->color, TestSequence::color_image(), cv::NORM_INF), 0);
 }
 
+TEST(FolderLayout, ExchangedListsAreRecognizedByTheirImages) {
+  const TestSequence sequence(3);
+  fs::rename(sequence.path("rgb.txt"), sequence.path("both.txt"));
+  fs::rename(sequence.path("depth.txt"), sequence.path("rgb.txt"));
+  fs::rename(sequence.path("both.txt"), sequence.path("depth.txt"));
+  const auto frames = all_frames(*make_source(sequence.folder().string(), with_camera()));
+  ASSERT_THAT(frames, SizeIs(3));
+  EXPECT_EQ(cv::norm(frames[0]->color, TestSequence::color_image(), cv::NORM_INF), 0);
+}
+
+TEST(FolderLayout, StampsSince1970MayBeInOtherUnits) {
+  const TestSequence sequence(3);
+  const double begin = 1305031229.5;
+  constexpr double kAccuracy = 1e-6;  // s
+  for (const double unit : {1e-3, 1e-6, 1e-9}) {
+    std::string color, depth, both;
+    for (int i = 0; i < 3; ++i) {
+      const double stamp = (begin + 0.04 * i) / unit;
+      color += fmt::format("{:.0f} rgb/{}.png\n", stamp, i);
+      depth += fmt::format("{:.0f} depth/{}.png\n", stamp + 0.01 / unit, i);
+      both += fmt::format("{:.0f} rgb/{}.png {:.0f} depth/{}.png\n", stamp, i, stamp, i);
+    }
+    sequence.write("rgb.txt", color);
+    sequence.write("depth.txt", depth);
+    sequence.write("pairs.txt", both);
+    for (const fs::path& associations : {fs::path(), sequence.path("pairs.txt")}) {
+      const auto frames = list_frames(find_sequence(sequence.folder(), associations)).frames;
+      ASSERT_THAT(frames, SizeIs(3)) << unit;
+      EXPECT_NEAR(frames[2].timestamp, begin + 0.08, kAccuracy);
+      EXPECT_NEAR(frames[2].depth_timestamp, begin + (associations.empty() ? 0.09 : 0.08),
+                  kAccuracy);
+    }
+  }
+}
+
 TEST(FolderLayout, OpenLorisHasListsOfColorAndAlignedDepth) {
   const TestSequence sequence(3);
   fs::rename(sequence.path("rgb.txt"), sequence.path("color.txt"));

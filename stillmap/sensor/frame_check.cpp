@@ -72,8 +72,8 @@ std::optional<Finding> depth_factor_finding(double of_steps, double factor) {
   return make_finding(
       "depth-factor",
       fmt::format("the steps between the raw depths are those of a Kinect v1 or Xtion with a depth "
-                  "factor of {:g}, and the camera's is {:g}: all distances would be {:.3g} times "
-                  "the true ones",
+                  "factor of {:g}, and {:g} is used: all distances would be {:.3g} times the true "
+                  "ones",
                   of_steps, factor, of_steps / factor),
       fmt::format("set the depth factor to {:g} (or name another sensor, as 'sensor: "
                   "realsense_d435i' in the camera file)",

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/number.hpp"
+#include "stillmap/base/stamp_unit.hpp"
 #include "stillmap/base/unicode.hpp"
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/recording/name_text.hpp"
@@ -291,6 +292,29 @@ fs::path file_behind_time(const fs::path& folder, const std::vector<std::string>
                                                     : listed_file(folder, joined(fields, 1, 2));
 }
 
+/// Returns the timestamps of images or frames.
+template <typename Stamped>
+std::vector<double> stamps_of(const std::vector<Stamped>& all) {
+  std::vector<double> stamps;
+  stamps.reserve(all.size());
+  for (const Stamped& each : all) stamps.push_back(each.timestamp);
+  return stamps;
+}
+
+/// Converts timestamps in milli-, micro- or nanoseconds to seconds.
+void convert_to_seconds(std::vector<ImageLine>& images) {
+  const double unit = unit_of_stamps(stamps_of(images));
+  for (ImageLine& image : images) image.timestamp *= unit;
+}
+
+void convert_to_seconds(std::vector<FrameFiles>& frames) {
+  const double unit = unit_of_stamps(stamps_of(frames));
+  for (FrameFiles& files : frames) {
+    files.timestamp *= unit;
+    files.depth_timestamp *= unit;
+  }
+}
+
 ImageList read_image_list(const fs::path& list) {
   ImageList read;
   read.skipped = for_each_line(list, [&](const std::vector<std::string>& fields) -> std::string {
@@ -304,15 +328,16 @@ ImageList read_image_list(const fs::path& list) {
     throw Error(read.skipped.empty() ? "contains no image" : "contains no line 'timestamp file'",
                 list.string(), kLayout);
   }
+  convert_to_seconds(read.images);
   return read;
 }
 
-// Whether the second name of a line, and not the first, is that of a color image (ICL-NUIM).
-bool depth_comes_first(const FrameFiles& files) {
-  const auto is_depth = [](const fs::path& file) {
-    return file.parent_path().filename().string().find("depth") != std::string::npos;
-  };
-  return is_depth(files.color) && !is_depth(files.depth);
+/// Returns whether the file listed as color holds a depth image, and the other one a color image:
+/// in ICL-NUIM's associations depth comes first.
+bool are_exchanged(const fs::path& color, const fs::path& depth) {
+  const auto first = read_image_header(color), second = read_image_header(depth);
+  return first.problem.empty() && second.problem.empty() && depth_problem(first.header).empty() &&
+         color_problem(second.header).empty();
 }
 
 // Stamps in seconds are larger than the numbers of frames.
@@ -386,11 +411,13 @@ FrameList read_associations(const SequencePaths& paths) {
     throw Error("contains no pair of images", list.string(),
                 "write lines 'timestamp rgb_file timestamp depth_file'");
   }
-  for (FrameFiles& files : read.frames) {
-    if (!depth_comes_first(files)) continue;
-    std::swap(files.color, files.depth);
-    std::swap(files.timestamp, files.depth_timestamp);
+  if (are_exchanged(read.frames.front().color, read.frames.front().depth)) {
+    for (FrameFiles& files : read.frames) {
+      std::swap(files.color, files.depth);
+      std::swap(files.timestamp, files.depth_timestamp);
+    }
   }
+  convert_to_seconds(read.frames);
   number_to_time(read, paths.fps);
   skip_distant_pairs(read);
   return read;
@@ -445,13 +472,6 @@ ImageList images_of_folder(const fs::path& folder, const ImageNames& names,
   return list;
 }
 
-std::vector<double> stamps_of(const std::vector<ImageLine>& images) {
-  std::vector<double> stamps;
-  stamps.reserve(images.size());
-  for (const auto& image : images) stamps.push_back(image.timestamp);
-  return stamps;
-}
-
 // Throws Error if the images of both folders are named by numbers that run along each other with an
 // offset: by number each color image would get the depth image of another one.
 void require_same_numbers(const ImageList& color, const ImageList& depth, const fs::path& folder) {
@@ -497,6 +517,7 @@ ImageList images_of(const SequencePaths& paths, bool is_depth) {
 
 FrameList pair_lists(const SequencePaths& paths) {
   ImageList color = images_of(paths, false), depth = images_of(paths, true);
+  if (are_exchanged(color.images.front().file, depth.images.front().file)) std::swap(color, depth);
   if (paths.layout != FolderLayout::kLists && !paths.growing)
     require_same_numbers(color, depth, paths.folder);
   const auto pairs =

@@ -65,16 +65,17 @@ struct FrameList {
 };
 
 /// Reads the lists and associates them by TUM's rule (associate()), or reads the associations file,
-/// in which depth may come first, and whose stamps may be the numbers of the frames (ICL-NUIM: both
-/// are whole numbers below 1e6). Names of images without lists are times in seconds (with a decimal
-/// point), in nano-, micro- or milliseconds (19, 16 or 13 digits), or numbers: see frame_times().
-/// Fields are separated by blanks, tabs or commas; file names may contain blanks; # starts a
-/// comment; any line endings; UTF-8 or UTF-16. Invalid lines, timestamps that
-/// are not finite, repeated or decreasing (the smallest number of lines is skipped that leaves the
-/// rest increasing), and color images before the first depth image are skipped and listed. Later
-/// color images without a depth image of their own become frames without depth. Images are not
-/// opened. Throws Error for an unreadable list, a list without valid lines, and if there is no
-/// pair.
+/// whose stamps may be the numbers of the frames (ICL-NUIM: both are whole numbers below 1e6).
+/// Color and depth are exchanged if their first files are a depth and a color image. Stamps in
+/// milli-, micro- or nanoseconds since 1970 are converted: see unit_of_stamps(). Names of images
+/// without lists are times in seconds (with a decimal point), in nano-, micro- or milliseconds (19,
+/// 16 or 13 digits), or numbers: see frame_times(). Fields are separated by blanks, tabs or commas;
+/// file names may contain blanks; # starts a comment; any line endings; UTF-8 or UTF-16. Invalid
+/// lines, timestamps that are not finite, repeated or decreasing (the smallest number of lines is
+/// skipped that leaves the rest increasing), and color images before the first depth image are
+/// skipped and listed. Later color images without a depth image of their own become frames without
+/// depth. Only the headers of the first images are read. Throws Error for an unreadable list, a
+/// list without valid lines, and if there is no pair.
 FrameList list_frames(const SequencePaths& paths);
 
 }  // namespace stillmap

@@ -44,13 +44,6 @@ std::string header_problem(const FrameFiles& files, const ImageSizes& sizes) {
   return "";
 }
 
-/// Returns whether the file listed as depth is a color image, and the other one a depth image.
-bool are_exchanged(const FrameFiles& files) {
-  const auto color = read_image_header(files.color), depth = read_image_header(files.depth);
-  return color.problem.empty() && depth.problem.empty() && depth_problem(color.header).empty() &&
-         color_problem(depth.header).empty();
-}
-
 }  // namespace
 
 TumFolder::TumFolder(const SequencePaths& paths, const Camera& camera, const FrameRange& range)
@@ -106,8 +99,6 @@ void TumFolder::require_one_usable_frame() const {
       list_.frames.front().color.parent_path().parent_path().string(),
       first_problem.ends_with("is missing")
           ? "copy the images to where the lists name them, or correct the names in the lists"
-      : are_exchanged(list_.frames.front())
-          ? "exchange the two lists: the color images are listed as depth images"
           : "color must be 8-bit PNG or JPEG, depth 16-bit PNG or TIFF, or 32-bit floats in TIFF, "
             "EXR or NPY, both of the size of the camera that recorded them (--camera)");
 }
