@@ -66,6 +66,10 @@ void add_sensor_options(CLI::App& command, SimulateArguments& arguments) {
       .add_option("--auto-exposure", o.color_noise.auto_exposure,
                   "strength of the automatic exposure [0..1]")
       ->capture_default_str();
+  command
+      .add_option("--imu", o.imu,
+                  "inertial measurement unit on the camera, by its noise and biases")
+      ->type_name(fmt::format("{{{}}}", fmt::join(imu_names(), ",")));
   CLI::Option* sensor =
       command.add_option("--sensor", o.sensor, "depth sensor, by its noise, range and holes")
           ->type_name(fmt::format("{{{}}}", fmt::join(depth_sensor_names(), ",")))

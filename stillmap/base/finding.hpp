@@ -77,6 +77,8 @@ inline constexpr std::array kFindingKinds = {
     FindingKind{"unlikely-camera", Severity::kUntrusted, "hardly any camera has such intrinsics"},
     FindingKind{"calibration", Severity::kWarning,
                 "the recording fits other values than those of the camera file"},
+    FindingKind{"gyroscope-unlike", Severity::kWarning,
+                "the gyroscope contradicts the images and is left out"},
     FindingKind{"camera-rate", Severity::kWarning,
                 "the camera file has another frame rate than the recording"},
     FindingKind{"no-camera", Severity::kError, "the recording has no camera file"},

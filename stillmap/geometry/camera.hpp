@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/depth_sensor.hpp"
+#include "stillmap/geometry/imu.hpp"
 
 #include <optional>
 #include <string>
@@ -48,6 +49,9 @@ struct Camera {
   /// Timing of the shutters; if not known, it is estimated from the frames.
   std::optional<ShutterTiming> shutter = std::nullopt;
   DisparityBias disparity_bias = {};  ///< Systematic error of the recorded depth.
+  /// The inertial measurement unit fixed to the camera; none if there is none, or if it is not
+  /// known.
+  std::optional<Imu> imu = std::nullopt;
   /// Mask image of the size of the recorded images: pixels that are not black in it, such as those
   /// of the robot's own gripper, are ignored. Empty: all pixels are used.
   std::string ignore = {};

@@ -104,8 +104,16 @@ PointNormal<double> lane_normal(const Camera& camera, const Observed<Pair>& o,
   return point_normal(camera, lane, kernels, p.x(i), p.y(i), p.z(i));
 }
 
+/// Returns the normal equations of a prior, whose residual is log(T_prior^-1 T_world_camera). A
+/// left perturbation xi of T_camera_world changes it by -xi, to first order in the residual.
+PoseNormal prior_normal(const PosePrior& prior, const Pose& T_camera_world) {
+  const Vector6d residual = -(T_camera_world * prior.T_world_camera).log();
+  return {prior.information, -prior.information * residual,
+          residual.dot(prior.information * residual)};
+}
+
 PoseNormal linearize(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
-                     const Kernels& kernels) {
+                     const Kernels& kernels, const std::optional<PosePrior>& prior) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
   const Eigen::Vector3d& t = T_camera_world.translation();
   PoseNormalSum<Pair> pairs;
@@ -123,16 +131,17 @@ PoseNormal linearize(const Camera& camera, const Pose& T_camera_world, std::span
   }
   PoseNormal sum = pairs.equations();
   sum += singles.equations();
+  if (prior) sum += prior_normal(*prior, T_camera_world);
   return sum;
 }
 
 /// Levenberg-Marquardt on T_camera_world (Marquardt 1963, scaled by the diagonal of H). Returns the
 /// number of linear systems solved.
 int minimize(const Camera& camera, std::span<const Term> terms, const Kernels& kernels,
-             Pose& T_camera_world) {
+             const std::optional<PosePrior>& prior, Pose& T_camera_world) {
   const double step_tolerance = (kernels.robust ? kRobustStepFactor : 1) * kStepTolerance;
   double lambda = 1e-7;
-  PoseNormal now = linearize(camera, T_camera_world, terms, kernels);
+  PoseNormal now = linearize(camera, T_camera_world, terms, kernels, prior);
   int iteration = 0;
   while (iteration < kIterations) {
     ++iteration;
@@ -142,7 +151,7 @@ int minimize(const Camera& camera, std::span<const Term> terms, const Kernels& k
     const Vector6d xi = -H.ldlt().solve(now.g);
     if (!xi.allFinite()) break;
     const Pose trial = Pose::exp(xi) * T_camera_world;
-    const PoseNormal next = linearize(camera, trial, terms, kernels);
+    const PoseNormal next = linearize(camera, trial, terms, kernels, prior);
     // Rounding can raise the cost of a vanishing step.
     const bool better = next.cost <= now.cost * (1 + 1e-12);
     if (better) {
@@ -210,7 +219,7 @@ bool well_posed(const PoseSolution& solution) {
 
 /// Sets the inlier flags, counts and quality measures of the final pose.
 void describe(const Camera& camera, const Pose& T_camera_world, std::span<const Term> terms,
-              PoseSolution& solution) {
+              const std::optional<PosePrior>& prior, PoseSolution& solution) {
   const Eigen::Matrix3d R = T_camera_world.rotation();
   const Eigen::Vector3d& t = T_camera_world.translation();
   double sum = 0;
@@ -229,7 +238,8 @@ void describe(const Camera& camera, const Pose& T_camera_world, std::span<const 
   }
   const int components = 2 * solution.inliers + solution.depth_inliers;
   solution.rms = components > 0 ? std::sqrt(sum / components) : 0;
-  solution.information = linearize(camera, T_camera_world, terms, Kernels{.robust = false}).H;
+  solution.information =
+      linearize(camera, T_camera_world, terms, Kernels{.robust = false}, prior).H;
   solution.well_posed = well_posed(solution);
 }
 
@@ -240,7 +250,8 @@ bool finite(const Pose& pose) {
 }  // namespace
 
 PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
-                        std::span<const PoseObservation> observations) {
+                        std::span<const PoseObservation> observations,
+                        const std::optional<PosePrior>& prior) {
   const TraceScope scope("solve");
   PoseSolution solution;
   solution.T_world_camera = T_world_camera_guess;
@@ -254,13 +265,13 @@ PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
   Kernels kernels{{kPixelChi2}, {kDisparityChi2}};
   for (int round = 0; round < kRobustRounds + kPlainRounds; ++round) {
     kernels.robust = round < kRobustRounds;
-    solution.iterations += minimize(camera, terms, kernels, T_camera_world);
+    solution.iterations += minimize(camera, terms, kernels, prior, T_camera_world);
     const bool changed = classify(camera, T_camera_world, terms);
     if (!kernels.robust && !changed) break;
   }
   if (!finite(T_camera_world)) return solution;
   solution.T_world_camera = T_camera_world.inverse();
-  describe(camera, T_camera_world, terms, solution);
+  describe(camera, T_camera_world, terms, prior, solution);
   return solution;
 }
 

@@ -5,6 +5,7 @@
 #include "stillmap/optimize/residual.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,6 +23,21 @@ struct PoseObservation {
   float weight = 1;
 };
 
+/// What is known of a pose before its observations, such as from the previous pose and the motion
+/// that an IMU or wheels measured since.
+struct PosePrior {
+  Pose T_world_camera;
+  /// Inverse covariance of the perturbation (v, w) in T_world_camera exp(v, w) [1/m^2, 1/rad^2]; 0
+  /// for what is not known.
+  Matrix6d information = Matrix6d::Zero();
+
+  /// Returns the squared distance of a pose [sigma^2].
+  double chi2(const Pose& T_world_other) const {
+    const Vector6d difference = (T_world_camera.inverse() * T_world_other).log();
+    return difference.dot(information * difference);
+  }
+};
+
 struct PoseSolution {
   Pose T_world_camera;  ///< The initial guess if there is no solution.
   /// One per observation: the pixel is an inlier. Unusable observations (weight 0, not finite) are
@@ -35,7 +51,7 @@ struct PoseSolution {
   double rms = 0;
   int iterations = 0;  ///< Number of linear systems solved in all rounds.
   /// Inverse covariance of the left perturbation xi = (v, w) in T_camera_world' = exp(xi)
-  /// T_camera_world, from the inliers [1/m^2, 1/rad^2].
+  /// T_camera_world, from the inliers and the prior [1/m^2, 1/rad^2].
   Matrix6d information = Matrix6d::Zero();
   /// True if there are enough inliers and they constrain all six degrees of freedom. Otherwise the
   /// pose must not be used.
@@ -48,6 +64,7 @@ struct PoseSolution {
 /// point. Never throws; unsolvable input returns the guess, not well posed. Deterministic and
 /// single-threaded.
 PoseSolution solve_pose(const Camera& camera, const Pose& T_world_camera_guess,
-                        std::span<const PoseObservation> observations);
+                        std::span<const PoseObservation> observations,
+                        const std::optional<PosePrior>& prior = std::nullopt);
 
 }  // namespace stillmap

@@ -25,10 +25,10 @@ namespace {
 constexpr int kMaxTimingPasses = 5, kMaxCorrections = 3;
 /// Maximum number of frames whose observations are adjusted.
 constexpr std::size_t kMaxPoses = 120;
-/// Least number of frames and of observations that show a camera's parameters. In one second of
-/// fast turns a focal length was found that is wrong by 4.5 standard deviations; in the pieces of
+/// Least number of frames and of observations that show a camera's parameters. In pieces
+/// of 30 to 50 frames focal lengths were wrong by 3 to 5 standard deviations; in the pieces of
 /// 60 frames and more of lab/records/real_sensors.md none is.
-constexpr std::size_t kMinPoses = 40, kMinObservations = 1000;
+constexpr std::size_t kMinPoses = 58, kMinObservations = 1000;
 /// Smallest corrections that are applied: 1 % of a focal length or of the image's width, since on a
 /// real recording smaller ones made the poses worse (lab/records/real_sensors.md), and 4 % of a
 /// depth of 4 m (0.01 / m). A parameter is observable if its standard deviation is below half of

@@ -118,6 +118,7 @@ void SlamSystem::track(const RgbdFramePtr& image) {
 
   view_ = mapping_.view_for(image->index);
   log_.settle(view_.made);
+  tracker_.predict_motion(*image);
   tracker_.compensate_motion(*frame, std::nullopt);
   std::optional<InitialPose> initial;
   const auto predict_pose = [&] {
@@ -335,6 +336,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.detector_skipped = instances_.skipped();
   result.detector_finding = instances_.finding();
   result.carried_parts = carried_.finding();
+  result.gyroscope = tracker_.gyroscope_finding();
   result.load_shedding = load_shedding();
   result.camera = camera_;
   result.shutter = tracker_.shutter();

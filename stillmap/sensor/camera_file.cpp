@@ -199,6 +199,18 @@ void write_camera(const fs::path& file, const Camera& camera) {
     text += fmt::format("disparity_bow: {}  # 1/m, the same in the corners of the image\n",
                         camera.disparity_bias.bow);
   }
+  if (camera.imu) {
+    const Eigen::Matrix3d R = camera.imu->T_camera_imu.rotation();
+    const Eigen::Vector3d& t = camera.imu->T_camera_imu.translation();
+    text += fmt::format("imu: {}\nT_camera_imu:  # rotation and translation [m], row by row\n  [",
+                        camera.imu->name);
+    for (Eigen::Index i = 0; i < 3; ++i)
+      text += fmt::format("{}, {}, {}, {},\n   ", R(i, 0), R(i, 1), R(i, 2), t(i));
+    text += fmt::format(
+        "0, 0, 0, 1]\nimu_time_offset: {}  # seconds, stamp of a sample minus time of "
+        "an image of the same moment\n",
+        camera.imu->time_offset);
+  }
   if (!camera.ignore.empty()) {
     YAML::Emitter ignore;
     ignore << YAML::DoubleQuoted

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/base/number.hpp"
+#include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/camera_values.hpp"
 #include "stillmap/sensor/printable.hpp"
 
@@ -107,7 +108,10 @@ void refuse_unknown_keys(const CameraValues& values) {
                    "depth_delay",
                    "disparity_offset",
                    "disparity_bow",
-                   "ignore"};
+                   "ignore",
+                   "imu",
+                   "T_camera_imu",
+                   "imu_time_offset"};
   for (const auto& key : values.keys()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     throw Error("is not a key of a camera file", values.where(key), suggestion(key, known));
@@ -122,6 +126,28 @@ DepthSensor sensor_of(const CameraValues& values, const Camera& camera) {
                 values.where("sensor"), suggestion(name, known));
   }
   return depth_sensor_of(name, camera.fx, values.number_or({"baseline"}, camera.baseline));
+}
+
+std::optional<Imu> imu_of(const CameraValues& values) {
+  if (!values.has({"imu"})) {
+    if (const auto key = values.find({"T_camera_imu", "imu_time_offset"}))
+      throw Error(
+          "is given without an imu", values.where(*key),
+          fmt::format("add the line 'imu: NAME' with one of {}", fmt::join(imu_names(), ", ")));
+    return std::nullopt;
+  }
+  Imu imu = find_imu(values.text("imu"));
+  imu.time_offset = values.number_or({"imu_time_offset"}, 0);
+  if (!values.has({"T_camera_imu"})) return imu;
+  const std::vector<double> v = values.matrix("T_camera_imu", 16);
+  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(v.data());
+  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
+  constexpr double kError = 1e-3;  // of numbers with few digits
+  if (!(R * R.transpose()).isIdentity(kError) || R.determinant() < 0)
+    throw Error("is no rigid motion", values.where("T_camera_imu"),
+                "give a rotation and a translation [m] as a 4 x 4 matrix, row by row");
+  imu.T_camera_imu = Pose(nearest_rotation(R), Eigen::Vector3d(T.topRightCorner<3, 1>()));
+  return imu;
 }
 
 FileCamera from_our_own(const CameraValues& values) {
@@ -141,6 +167,7 @@ FileCamera from_our_own(const CameraValues& values) {
   }
   camera.disparity_bias = {.offset = values.number_or({"disparity_offset"}, 0),
                            .bow = values.number_or({"disparity_bow"}, 0)};
+  camera.imu = imu_of(values);
   if (values.has({"ignore"})) camera.ignore = values.file().parent_path() / values.text("ignore");
   if (values.has({"name"})) camera.name = values.text("name");
   if (values.has({"distortion"}))

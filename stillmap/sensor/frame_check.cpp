@@ -182,6 +182,7 @@ void FrameCheck::examine(const RgbdFrame& frame) {
   double nearest = 0, farthest = 0;
   cv::minMaxLoc(depth, &nearest, &farthest, nullptr, nullptr, depth > 0);
   if (farthest - nearest <= kFlat) ++flat_;
+  if (frame.depth_interpolated) return;
   for (const float z : depth) {
     const double raw = z > 0 ? std::round(z * camera_.depth_factor) : 0;
     if (raw > 0 && raw < static_cast<double>(kLevels)) seen_[static_cast<std::size_t>(raw)] = true;

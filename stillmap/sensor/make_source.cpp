@@ -8,6 +8,8 @@
 #include "stillmap/sensor/followed_folder.hpp"
 #include "stillmap/sensor/halved.hpp"
 #include "stillmap/sensor/image_sizes.hpp"
+#include "stillmap/sensor/imu_file.hpp"
+#include "stillmap/sensor/inertial_source.hpp"
 #include "stillmap/sensor/live_source.hpp"
 #include "stillmap/sensor/realsense_camera.hpp"
 #include "stillmap/sensor/recording_source.hpp"
@@ -221,6 +223,8 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
       source = open(/*growing=*/false);
     }
   }
+  if (const auto file = imu_file_in(path); !file.empty() && source->camera().imu)
+    source = std::make_unique<InertialSource>(std::move(source), read_imu(file));
   if (options.rotate != 0) {
     const Camera camera = rotated(source->camera(), options.rotate);
     source = std::make_unique<ConvertedSource>(

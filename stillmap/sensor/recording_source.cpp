@@ -427,6 +427,7 @@ RgbdFramePtr RecordingSource::load(const Frame& recorded) {
   const double delay = rig_ ? 0 : recorded.depth_timestamp - recorded.timestamp;
   auto frame =
       rectified_frame(*rectifier_, image, load_depth(recorded, image), recorded.timestamp, delay);
+  frame->depth_interpolated = registration_.has_value();
   frame->index = next_index_++;
   return frame;
 }

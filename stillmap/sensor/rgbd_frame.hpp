@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/geometry/imu.hpp"
+
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -17,10 +20,15 @@ struct RgbdFrame {
   cv::Mat color;           ///< Color image, 8UC3 BGR; gray images are replicated to three channels.
   cv::Mat gray;            ///< Gray image, 8UC1.
   cv::Mat depth;  ///< Depth along the optical axis, 32FC1 [m]; 0: unknown; all 0: no depth image.
+  /// Whether depths were interpolated between those measured, as registration does.
+  bool depth_interpolated = false;
   std::string name;  ///< File name of the color image without extension, or empty.
   /// Mask of the ignored pixels (Camera::ignore), 8UC1: where it is not 0, the depth is 0 and there
   /// are no keypoints. Empty: all pixels are used.
   cv::Mat ignored;
+  /// Samples of the camera's IMU by increasing time: those of the last second, up to the first one
+  /// after the frame. Empty: there are none.
+  std::vector<ImuSample> imu;
 };
 
 using RgbdFramePtr = std::shared_ptr<const RgbdFrame>;

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 
+#include <numbers>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -17,6 +18,8 @@ Camera turned_by_90(Camera camera) {
   const double cy = camera.cy;
   camera.cy = camera.cx;
   camera.cx = camera.width - 1 - cy;
+  const Pose T_turned_camera(so3_exp({0, 0, std::numbers::pi / 2}), Eigen::Vector3d::Zero());
+  if (camera.imu) camera.imu->T_camera_imu = T_turned_camera * camera.imu->T_camera_imu;
   return camera;
 }
 

@@ -3,6 +3,8 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/inertial_source.hpp"
+#include "stillmap/simulate/inertial_unit.hpp"
 #include "stillmap/simulate/renderer.hpp"
 
 #include <array>
@@ -203,6 +205,12 @@ SimulatedSequence::SimulatedSequence(const SimulationOptions& options, const Cam
       scene_(std::move(scene)),
       motion_(motion_of(options), *scene_) {
   check(options);
+  if (!options.imu.empty()) camera_.imu = find_imu(options.imu);
+  if (!camera_.imu) return;
+  constexpr double kMargin = 0.1;  // s
+  imu_samples_ = simulated_imu([&](double time) { return motion_.T_world_camera(time); }, -kMargin,
+                               timestamp(frames()) + kMargin, *camera_.imu, options.seed,
+                               {.noise = options.noise});
 }
 
 RgbdFramePtr SimulatedSequence::next() { return next_ < frames() ? frame(next_++) : nullptr; }
@@ -287,6 +295,10 @@ SimulatedFrame SimulatedSequence::at(std::size_t index) const {
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = index;
   frame->timestamp = t;
+  if (camera_.imu) {
+    frame->imu = samples_until(imu_samples_, t + camera_.imu->time_offset);
+    for (ImuSample& sample : frame->imu) sample.timestamp -= camera_.imu->time_offset;
+  }
   const auto seed = static_cast<std::uint64_t>(options_.seed);
   const bool delayed = options_.readout > 0 || options_.depth_delay != 0;
   const cv::Mat depth = delayed ? delayed_depth(t + options_.depth_delay) : rendering.depth;

@@ -46,7 +46,9 @@ struct SimulationOptions {
   double readout = 0;
   double depth_delay = 0;  ///< Time from the color image to the depth image [s], not in its stamp.
   DepthBias depth_bias = {};  ///< Systematic error of the depth, used if `noise`.
-  int threads = 2;            ///< Number of rendering threads; the images do not depend on it.
+  /// Name of the IMU on the camera, as for find_imu(); empty: none.
+  std::string imu = {};
+  int threads = 2;  ///< Number of rendering threads; the images do not depend on it.
 };
 
 /// One mover at the time of a frame; world frame [m].
@@ -115,6 +117,8 @@ class SimulatedSequence : public FrameSource {
   std::size_t frames() const { return static_cast<std::size_t>(options_.frames); }
   double timestamp(std::size_t index) const { return static_cast<double>(index) / camera_.fps; }
   Pose T_world_camera(std::size_t index) const;
+  /// Returns T_world_camera at any time [s].
+  Pose motion(double seconds) const { return motion_.T_world_camera(seconds); }
   /// Returns the pose of every frame.
   Trajectory trajectory() const;
   std::vector<MoverTruth> movers(std::size_t index) const;
@@ -128,6 +132,9 @@ class SimulatedSequence : public FrameSource {
   /// Returns frame and truth at once.
   SimulatedFrame at(std::size_t index) const;
 
+  /// Samples of the IMU, from before the first frame to after the last one; empty without one.
+  const std::vector<ImuSample>& imu_samples() const { return imu_samples_; }
+
   const Scene& scene() const { return *scene_; }
   const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
   const SimulationOptions& options() const { return options_; }
@@ -140,6 +147,7 @@ class SimulatedSequence : public FrameSource {
   Camera camera_;
   std::shared_ptr<const Scene> scene_;
   CameraMotion motion_;
+  std::vector<ImuSample> imu_samples_;
   std::vector<SkippedFrame> skipped_;
   std::size_t next_ = 0;
 };

@@ -6,6 +6,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/imu_file.hpp"
 #include "stillmap/simulate/seen_surface.hpp"
 
 #include <regex>
@@ -105,6 +106,7 @@ void make_sequence_folder(const std::filesystem::path& folder) {
   write_file(folder / kMarker, "");
   for (const char* list : {"rgb.txt", "depth.txt", "associations.txt"})
     std::filesystem::remove(folder / list);
+  std::filesystem::remove(folder / "imu0" / "data.csv");
   for (const char* name : {"rgb", "depth", "mask", "instance", "speed"}) {
     make_output_folder(folder / name);
     remove_images(folder / name);
@@ -134,6 +136,10 @@ std::size_t write_tum_layout(const SimulatedSequence& sequence, const std::files
     if (done) goes_on = done(frames);
   }
   write_camera(folder / "camera.yaml", sequence.camera());
+  if (!sequence.imu_samples().empty()) {
+    make_output_folder(folder / "imu0");
+    write_imu(folder / "imu0" / "data.csv", sequence.imu_samples());
+  }
   Trajectory trajectory = sequence.trajectory();
   trajectory.resize(frames);
   write_trajectory(folder / "groundtruth.txt", trajectory);

@@ -59,13 +59,14 @@ std::vector<PointMatch> match_landmarks(const TrackingModel& model, const LocalM
 /// Returns the pose from landmarks and points of the previous frame, with the landmarks' matches.
 std::optional<PoseEstimate> estimate_with_points(const TrackingModel& model, const Frame& frame,
                                                  const PoseEstimate& first,
-                                                 std::vector<PointMatch> matches) {
+                                                 std::vector<PointMatch> matches,
+                                                 const std::optional<PosePrior>& prior) {
   for (PointMatch match : first.matches) {
     match.weight = frame.evidence.weight[match.keypoint];
     if (!match.landmark.valid() && match.weight > 0) matches.push_back(match);
   }
   auto estimate =
-      estimate_pose(model, *frame.features, first.T_world_camera, matches, kSureInliers);
+      estimate_pose(model, *frame.features, first.T_world_camera, matches, kSureInliers, prior);
   if (!estimate) return std::nullopt;
   std::erase_if(estimate->matches, [](const PointMatch& match) { return !match.landmark.valid(); });
   return std::ssize(estimate->matches) < kMinInliers ? std::nullopt : estimate;
@@ -76,7 +77,8 @@ std::optional<PoseEstimate> estimate_with_points(const TrackingModel& model, con
 std::optional<LocalMapPose> refine_in_local_map(const TrackingModel& model,
                                                 const LocalMap& local_map, const Frame& frame,
                                                 const PoseEstimate& first, int min_landmarks,
-                                                bool supported_by_points) {
+                                                bool supported_by_points,
+                                                const std::optional<PosePrior>& prior) {
   std::vector<PointMatch> matches;
   for (const PointMatch& match : first.matches) {
     if (match.landmark.valid() && frame.evidence.weight[match.keypoint] > 0)
@@ -88,9 +90,9 @@ std::optional<LocalMapPose> refine_in_local_map(const TrackingModel& model,
   matches.insert(matches.end(), more.begin(), more.end());
   for (PointMatch& match : matches) match.weight = frame.evidence.weight[match.keypoint];
   auto estimate =
-      estimate_pose(model, *frame.features, first.T_world_camera, matches, min_landmarks);
+      estimate_pose(model, *frame.features, first.T_world_camera, matches, min_landmarks, prior);
   if (!estimate && supported_by_points)
-    estimate = estimate_with_points(model, frame, first, std::move(matches));
+    estimate = estimate_with_points(model, frame, first, std::move(matches), prior);
   if (!estimate) return std::nullopt;
   return LocalMapPose{std::move(*estimate), std::move(expected)};
 }

@@ -28,9 +28,10 @@ struct LocalMapPose {
 /// frame
 /// @param min_landmarks least number of inliers among the landmarks
 /// @param supported_by_points whether points of the previous frame may support the pose
-std::optional<LocalMapPose> refine_in_local_map(const TrackingModel& model,
-                                                const LocalMap& local_map, const Frame& frame,
-                                                const PoseEstimate& first, int min_landmarks,
-                                                bool supported_by_points = true);
+/// @param prior         of the pose, as for estimate_pose()
+std::optional<LocalMapPose> refine_in_local_map(
+    const TrackingModel& model, const LocalMap& local_map, const Frame& frame,
+    const PoseEstimate& first, int min_landmarks, bool supported_by_points = true,
+    const std::optional<PosePrior>& prior = std::nullopt);
 
 }  // namespace stillmap

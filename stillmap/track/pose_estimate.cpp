@@ -12,6 +12,32 @@ namespace {
 /// them of few.
 constexpr double kLandmarkVariance = 1;
 
+/// Squared distance from its prior up to which a pose agrees with it [sigma^2]: 99.9 % with three
+/// degrees of freedom.
+constexpr double kPriorChi2 = 16.3;
+/// Factor on the information of a prior with which it decides against all matches.
+constexpr double kFirm = 1e4;
+/// Least number of inliers of a pose that agrees with the prior, relative to that of the best pose.
+/// A motion between that of people and that of the camera had 1.3 times the inliers of the true one
+/// (lab/records/real_sensors.md).
+constexpr double kLeastShare = 0.5;
+
+PoseSolution solve_near_prior(const Camera& camera, const Pose& guess,
+                              const std::vector<PoseObservation>& observations,
+                              const std::optional<PosePrior>& prior) {
+  PoseSolution with_prior = solve_pose(camera, guess, observations, prior);
+  const auto agrees = [&](const PoseSolution& solution) {
+    return solution.well_posed && prior->chi2(solution.T_world_camera) <= kPriorChi2;
+  };
+  if (!prior || agrees(with_prior)) return with_prior;
+  PoseSolution without = solve_pose(camera, guess, observations);
+  const PosePrior firm{prior->T_world_camera, kFirm * prior->information};
+  const PoseSolution bound = solve_pose(camera, guess, observations, firm);
+  if (!bound.well_posed || bound.inliers < kLeastShare * without.inliers) return without;
+  PoseSolution near = solve_pose(camera, bound.T_world_camera, observations, prior);
+  return agrees(near) ? near : bound;
+}
+
 /// Inverse information times the a posteriori variance of unit weight.
 Matrix6d covariance_of(const PoseSolution& solution) {
   return (1 + kLandmarkVariance) * solution.rms * solution.rms * solution.information.inverse();
@@ -21,7 +47,8 @@ Matrix6d covariance_of(const PoseSolution& solution) {
 
 std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Features& features,
                                           const Pose& T_world_camera_guess,
-                                          const std::vector<PointMatch>& matches, int min_inliers) {
+                                          const std::vector<PointMatch>& matches, int min_inliers,
+                                          const std::optional<PosePrior>& prior) {
   std::vector<PoseObservation> observations;
   observations.reserve(matches.size());
   for (const PointMatch& match : matches) {
@@ -29,7 +56,8 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
     observations.push_back({match.p_world, k.u, k.v, k.depth,
                             static_cast<float>(model.pyramid.scale(k.level)), match.weight});
   }
-  const PoseSolution solution = solve_pose(model.camera, T_world_camera_guess, observations);
+  const PoseSolution solution =
+      solve_near_prior(model.camera, T_world_camera_guess, observations, prior);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
   PoseEstimate estimate{solution.T_world_camera, {}, covariance_of(solution)};
   for (std::size_t i = 0; i < matches.size(); ++i) {

@@ -47,10 +47,13 @@ inline constexpr int kMinInliers = 15;
 inline constexpr int kSureInliers = 40;
 
 /// Returns the pose that minimizes the reprojection errors of the matches, or none if the problem
-/// is not well posed or fewer than `min_inliers` matches agree.
+/// is not well posed or fewer than `min_inliers` matches agree. If another motion than that of the
+/// prior fits most matches, such as that of somebody near the camera, the best pose that agrees
+/// with the prior is returned, unless hardly any match fits it.
 std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Features& features,
                                           const Pose& T_world_camera_guess,
-                                          const std::vector<PointMatch>& matches, int min_inliers);
+                                          const std::vector<PointMatch>& matches, int min_inliers,
+                                          const std::optional<PosePrior>& prior = std::nullopt);
 
 /// Returns the squared residuals of a match at a pose; infinite for a point behind the camera.
 Chi2 chi2_of(const TrackingModel& model, const Features& features, const Pose& T_world_camera,

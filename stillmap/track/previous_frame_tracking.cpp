@@ -91,37 +91,39 @@ std::vector<PointMatch> matches_near(const TrackingModel& model, const Features&
 /// preferred.
 std::optional<PoseEstimate> estimate_from_points(const TrackingModel& model,
                                                  const Features& features, const Pose& guess,
-                                                 const std::vector<PointMatch>& points) {
+                                                 const std::vector<PointMatch>& points,
+                                                 const std::optional<PosePrior>& prior) {
   auto near = estimate_pose(model, features, guess, matches_near(model, features, guess, points),
-                            kSureInliers);
-  return near ? near : estimate_pose(model, features, guess, points, kMinInliers);
+                            kSureInliers, prior);
+  return near ? near : estimate_pose(model, features, guess, points, kMinInliers, prior);
 }
 
 /// Landmarks have been static for a while, whereas a point of a single frame may move. So other
 /// points are used only where landmarks are too few.
 std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Features& features,
                                           const std::vector<FrameMatch>& matches, bool with_points,
-                                          const Pose& guess) {
+                                          const Pose& guess,
+                                          const std::optional<PosePrior>& prior) {
   std::vector<PointMatch> landmarks, all;
   for (const FrameMatch& m : matches) {
     if (m.match.weight <= 0) continue;
     all.push_back(m.match);
     if (m.match.landmark.valid()) landmarks.push_back(m.match);
   }
-  if (!with_points) return estimate_pose(model, features, guess, landmarks, kMinInliers);
-  auto estimate = estimate_pose(model, features, guess, landmarks, kSureInliers);
-  return estimate ? estimate : estimate_from_points(model, features, guess, all);
+  if (!with_points) return estimate_pose(model, features, guess, landmarks, kMinInliers, prior);
+  auto estimate = estimate_pose(model, features, guess, landmarks, kSureInliers, prior);
+  return estimate ? estimate : estimate_from_points(model, features, guess, all, prior);
 }
 
 /// Returns the pose after the first frame of a map, whose velocity is not known.
 Pose pose_after_start(const TrackingModel& model, const TrackerState& state,
                       const Features& features, bool with_points,
                       const std::vector<std::uint8_t>& excluded) {
-  const auto matches =
-      match_previous(model, state, features, excluded, state.T_world_previous, kStartSearchRadius);
-  const auto estimate =
-      estimate_from(model, features, matches, with_points, state.T_world_previous);
-  return estimate ? estimate->T_world_camera : state.T_world_previous;
+  const auto prior = state.prior();
+  const Pose guess = prior ? prior->T_world_camera : state.T_world_previous;
+  const auto matches = match_previous(model, state, features, excluded, guess, kStartSearchRadius);
+  const auto estimate = estimate_from(model, features, matches, with_points, guess, prior);
+  return estimate ? estimate->T_world_camera : guess;
 }
 
 }  // namespace
@@ -138,7 +140,7 @@ std::optional<PreviousFramePose> track_previous_frame(const TrackingModel& model
                          : pose_after_start(model, state, features, with_points, excluded);
   for (const double radius : {kSearchRadius, 2 * kSearchRadius}) {
     auto matches = match_previous(model, state, features, excluded, guess, radius);
-    auto estimate = estimate_from(model, features, matches, with_points, guess);
+    auto estimate = estimate_from(model, features, matches, with_points, guess, state.prior());
     if (estimate) return PreviousFramePose{std::move(*estimate), std::move(matches)};
   }
   return std::nullopt;

@@ -58,8 +58,20 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       calibration_(camera.shutter.value_or(options.shutter)),
       keyframe_policy_(options.keyframes, camera.depth_sensor),
       new_map_policy_(options.new_map),
-      statistics_(options.statistics) {
+      statistics_(options.statistics),
+      gyro_(camera.imu) {
   if (options.repeats != RepeatRule::kNone) vocabulary_ = Vocabulary::built_in();
+}
+
+void Tracker::predict_motion(const RgbdFrame& image) {
+  state_.motion_prior.reset();
+  if (!state_.previous || frames_lost_ > 0) return;
+  const double before = state_.previous->frame->timestamp();
+  state_.motion_prior = gyro_.motion(image, before, state_.previous->covariance);
+  if (!state_.motion_prior) return;
+  const Eigen::Quaterniond& rotation = state_.motion_prior->T_previous_camera.quaternion();
+  state_.T_previous_next = Pose(rotation, state_.T_previous_next.translation());
+  state_.twist = state_.T_previous_next.log() / (image.timestamp - before);
 }
 
 Vector6d Tracker::twist_of(const RgbdFrame& image,
@@ -109,7 +121,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
               : track_reference_keyframe(model_, *local_map, state_.T_world_previous, *frame);
   if (first) {
     const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers,
-                                          options_.previous_frame_points);
+                                          options_.previous_frame_points, state_.prior());
     if (pose) {
       if (const auto motion = motion_against_map(*frame, *pose))
         return replace_map(*frame, *motion);
@@ -284,6 +296,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;
   if (!relocalized) result->T_previous_camera = motion_since_previous(pose.estimate.T_world_camera);
+  if (result->T_previous_camera) gyro_.add(*frame->image, *result);
   judge(*result);
   frames_in_map_ = relocalized ? kMinMapFrames : frames_in_map_ + 1;
 

@@ -3,6 +3,7 @@
 #include "stillmap/map/relocalization_result.hpp"
 #include "stillmap/motion/ego_motion.hpp"
 #include "stillmap/optimize/trajectory_filter.hpp"
+#include "stillmap/track/gyro_prior.hpp"
 #include "stillmap/track/keyframe_policy.hpp"
 #include "stillmap/track/landmark_statistics.hpp"
 #include "stillmap/track/local_map_tracking.hpp"
@@ -78,10 +79,17 @@ class Tracker {
   /// Sets whether the map is extended from the next frame on; if not, no new map is started.
   void set_extend(bool extend) { extend_ = extend; }
 
+  /// Predicts the motion of the camera up to the next frame from the samples of its IMU. Called
+  /// first for each frame.
+  void predict_motion(const RgbdFrame& image);
+
   /// Sets the features of the next frame to those recorded without the effects of the camera's
   /// motion during the exposure: see MotionCompensation.
   /// @param initial result of predict_pose() for the frame, or none before it is known
   void compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const;
+
+  /// Returns the finding that the gyroscope contradicts the images; none if it does not.
+  std::optional<Finding> gyroscope_finding() const { return gyro_.finding(); }
 
   /// Returns the timing of the camera's shutters that is in use.
   const ShutterTiming& shutter() const { return calibration_.timing(); }
@@ -139,6 +147,7 @@ class Tracker {
   TrackerState state_;
   LandmarkStatistics statistics_;
   std::optional<Vocabulary> vocabulary_;  // none: no repeated landmarks are erased
+  GyroPrior gyro_;
   MotionConsistency consistency_;
   TrajectoryFilter filter_;
   StartVerification start_verification_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/map/local_map.hpp"
+#include "stillmap/optimize/pose_solver.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 
 #include <optional>
@@ -10,6 +11,13 @@
 
 namespace stillmap {
 
+/// Motion of the camera since the previous frame that an IMU measured.
+struct MotionPrior {
+  Pose T_previous_camera;
+  /// As that of PosePrior, with the uncertainty of the previous pose.
+  Matrix6d information = Matrix6d::Zero();
+};
+
 /// The previous frame and its place in the local map: input of the next frame's pose.
 struct TrackerState {
   LocalMapPtr local_map;     ///< newest snapshot; null while there is no map
@@ -18,9 +26,15 @@ struct TrackerState {
   Pose T_previous_next;      ///< predicted motion to the next frame (constant velocity)
   Eigen::Matrix<double, 6, 1> twist =
       Eigen::Matrix<double, 6, 1>::Zero();  ///< velocity of the camera in its frame [m/s, rad/s]
+  std::optional<MotionPrior> motion_prior;  ///< none without an IMU
   /// Per keypoint of `previous` if that was tracked by odometry, else empty: world position [m] at
   /// which its point was first observed. So errors accumulate per point and not per frame.
   std::vector<std::optional<Eigen::Vector3d>> odometry_points;
+
+  std::optional<PosePrior> prior() const {
+    if (!motion_prior) return std::nullopt;
+    return PosePrior{T_world_previous * motion_prior->T_previous_camera, motion_prior->information};
+  }
 
   /// Returns false after a frame whose velocity was not known, so that its keypoints are not
   /// compensated either: the first one of a map.

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/pose.hpp"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace stillmap {
+
+/// One measurement of an inertial measurement unit, in its own frame.
+struct ImuSample {
+  double timestamp = 0;  ///< [s], by the clock of the images: see Imu::time_offset.
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
+  /// Specific force: at rest 9.81 upward. NaN for a gyroscope without accelerometer [m/s^2].
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+};
+
+/// Noise and mounting of an inertial measurement unit. The default noise is that of a consumer
+/// sensor whose data sheet is not known.
+struct Imu {
+  std::string name = "unnamed";
+  /// Pose of the unit in the frame of the camera of the frames.
+  Pose T_camera_imu;
+  /// Noise densities of the gyroscope [rad/s/sqrt(Hz)] and of the accelerometer [m/s^2/sqrt(Hz)].
+  double gyro_noise = 5e-4, accel_noise = 5e-3;
+  /// Random walks of the biases [rad/s^2/sqrt(Hz)] and [m/s^3/sqrt(Hz)].
+  double gyro_walk = 2e-5, accel_walk = 5e-4;
+  /// Standard deviations of the biases when the unit is switched on [rad/s] and [m/s^2].
+  double gyro_bias = 0.02, accel_bias = 0.3;
+  /// Time stamp of a sample minus the time of an image taken at the same moment [s].
+  double time_offset = 0;
+};
+
+/// Returns the unit built into a camera, with its noise and its usual mounting; docs/sensors.md
+/// gives the sources. Throws Error with the known names.
+Imu find_imu(std::string_view name);
+/// Returns the names that find_imu() knows.
+const std::vector<std::string>& imu_names();
+
+}  // namespace stillmap

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/sensor/imu_file.hpp"
+
+#include "stillmap/base/counted.hpp"
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/number.hpp"
+#include "stillmap/base/stamp_unit.hpp"
+#include "stillmap/base/unicode.hpp"
+#include "stillmap/base/warning.hpp"
+#include "stillmap/sensor/fields.hpp"
+#include "stillmap/sensor/printable.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFormat =
+    "write lines of 7 numbers: timestamp,wx,wy,wz,ax,ay,az in rad/s and m/s^2";
+constexpr std::size_t kNumbers = 7;
+
+/// Returns the numbers of a line.
+std::array<double, kNumbers> numbers_of(const std::string& line, const std::string& where) {
+  const std::vector<std::string> fields = fields_of(line);
+  if (fields.size() != kNumbers)
+    throw Error(fmt::format("expected 7 numbers, found {}", counted(fields.size(), "field")), where,
+                kFormat);
+  std::array<double, kNumbers> numbers{};
+  for (std::size_t i = 0; i < kNumbers; ++i) {
+    const auto number = number_of(fields[i]);
+    if (!number)
+      throw Error(fmt::format("'{}' is not a number", printable(fields[i])), where, kFormat);
+    numbers[i] = *number;
+  }
+  return numbers;
+}
+
+/// Leaves out samples that cannot be used.
+void keep_usable(std::vector<ImuSample>& samples, const fs::path& file) {
+  const std::size_t all = samples.size();
+  std::vector<ImuSample> usable;
+  for (const ImuSample& sample : samples) {
+    const bool later = usable.empty() || sample.timestamp > usable.back().timestamp;
+    const bool finite = std::isfinite(sample.timestamp) && sample.angular_velocity.allFinite() &&
+                        sample.acceleration.allFinite();
+    if (later && finite) usable.push_back(sample);
+  }
+  samples = std::move(usable);
+  if (samples.empty()) throw Error("contains no sample", file.string(), kFormat);
+  if (samples.size() < all)
+    warn(fmt::format("{}: left out: {} of {}, whose times do not increase or whose numbers are not "
+                     "finite",
+                     file.string(), all - samples.size(), counted(all, "sample")),
+         "");
+}
+
+}  // namespace
+
+fs::path imu_file_in(const fs::path& folder) {
+  for (const char* name : {"imu0/data.csv", "imu.csv"}) {
+    if (is_file(folder / name)) return folder / name;
+  }
+  return {};
+}
+
+std::vector<ImuSample> read_imu(const fs::path& file) {
+  std::istringstream in(as_utf8(read_file(file)));
+  std::vector<ImuSample> samples;
+  std::vector<double> stamps;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    const auto fields = fields_of(line);
+    if (fields.empty() || fields.front().starts_with('#')) continue;
+    const auto v = numbers_of(line, fmt::format("{}:{}", file.string(), number));
+    samples.push_back({v[0], {v[1], v[2], v[3]}, {v[4], v[5], v[6]}});
+    stamps.push_back(v[0]);
+  }
+  // Stamps of another clock than that since 1970 are in nanoseconds if they are far apart.
+  constexpr double kLongestInterval = 1000;  // s
+  double unit = unit_of_stamps(stamps);
+  const bool far_apart = stamps.size() > 1 && stamps[1] - stamps[0] > kLongestInterval;
+  if (unit == 1 && far_apart) unit = 1e-9;
+  for (ImuSample& sample : samples) sample.timestamp *= unit;
+  keep_usable(samples, file);
+  return samples;
+}
+
+void write_imu(const fs::path& file, const std::vector<ImuSample>& samples) {
+  std::string text =
+      "#timestamp [ns],w_x [rad s^-1],w_y [rad s^-1],w_z [rad s^-1],a_x [m s^-2],"
+      "a_y [m s^-2],a_z [m s^-2]\n";
+  for (const ImuSample& sample : samples) {
+    const auto &w = sample.angular_velocity, &a = sample.acceleration;
+    text += fmt::format("{:.0f},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n",
+                        1e9 * sample.timestamp, w.x(), w.y(), w.z(), a.x(), a.y(), a.z());
+  }
+  write_file(file, text);
+}
+
+}  // namespace stillmap

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/base/finding.hpp"
+#include "stillmap/inertial/gyro_bias.hpp"
+#include "stillmap/sensor/rgbd_frame.hpp"
+#include "stillmap/track/tracked_frame.hpp"
+#include "stillmap/track/tracker_state.hpp"
+
+#include <optional>
+#include <vector>
+
+namespace stillmap {
+
+/// The rotation of the camera by its gyroscope, whose bias is estimated from the rotations of the
+/// tracked frames. A gyroscope that contradicts them, such as one with exchanged axes, is left out.
+class GyroPrior {
+ public:
+  explicit GyroPrior(std::optional<Imu> imu) : imu_(std::move(imu)) {
+    if (imu_) bias_.emplace(*imu_);
+  }
+
+  /// Returns the rotation from the previous frame to this one; the translation is not known. None
+  /// without samples for that time, or while they are left out.
+  /// @param before      time of the previous frame [s]
+  /// @param covariance  of the previous pose, as PoseEstimate's
+  std::optional<MotionPrior> motion(const RgbdFrame& image, double before,
+                                    const Matrix6d& covariance);
+
+  /// Adds a tracked frame with T_previous_camera, whose motion was predicted by motion().
+  void add(const RgbdFrame& image, const TrackedFrame& tracked);
+
+  /// Returns the finding that it was left out in a fifth of the frames or more; none otherwise.
+  std::optional<Finding> finding() const;
+
+ private:
+  bool contradicts() const;
+
+  std::optional<Imu> imu_;
+  std::optional<GyroBias> bias_;
+  std::optional<Preintegration> measured_;  // up to the frame of motion()
+  Eigen::Matrix3d covariance_ =
+      Eigen::Matrix3d::Zero();               // of it and of the previous pose, in the IMU
+  std::vector<double> chi2_;                 // of the last frames, the newest last
+  std::size_t compared_ = 0, left_out_ = 0;  // frames
+};
+
+}  // namespace stillmap
