@@ -200,6 +200,7 @@ bool Tracker::started_in_motion(const Frame& frame) const {
 /// newest velocity.
 Pose Tracker::tracked_backward(const Frame& earlier, const Pose& T_world_earlier) const {
   TrackerState state = state_;
+  state.motion_prior.reset();  // of the forward motion
   const Pose T_newest_world = state.T_world_previous.inverse();
   state.T_previous_next = T_newest_world * T_world_earlier;
   const MotionCompensation compensation(*earlier.image, model_.camera, state.twist);
