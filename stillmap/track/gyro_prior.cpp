@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/gyro_prior.hpp"
 
-#include "stillmap/base/statistics.hpp"
+#include <algorithm>
 
 #include <Eigen/LU>
 #include <fmt/format.h>
@@ -12,16 +12,20 @@ namespace {
 /// Standard deviation of a measured rotation besides noise and bias: scale and alignment of the
 /// axes and the time offset, relative to the rotation, and the shutters [rad].
 constexpr double kScaleError = 0.01, kRotationError = 3e-4;
-/// Number of frames whose differences are kept, and least number for a decision.
-constexpr std::size_t kMemory = 60, kMinMemory = 5;
-/// Median of the squared differences from which the gyroscope contradicts the images [sigma^2]:
-/// that of the chi-square distribution with three degrees of freedom is 2.4.
-constexpr double kContradiction = 12;
+/// Number of frames that are compared, and number of those that contradict the gyroscope from which
+/// it is left out: 4, and a fifth of all. In starts among people at most two contradict a right
+/// one.
+constexpr std::size_t kMemory = 60, kMinContradictions = 4, kShare = 5;
+/// Squared difference from which a rotation contradicts the gyroscope [sigma^2]: 99.9 % with three
+/// degrees of freedom.
+constexpr double kContradiction = 16.3;
 
 }  // namespace
 
-bool GyroPrior::contradicts() const {
-  return chi2_.size() >= kMinMemory && quantile(chi2_, 0.5) > kContradiction;
+bool GyroPrior::is_left_out() const {
+  const auto contradictions =
+      static_cast<std::size_t>(std::count(contradictions_.begin(), contradictions_.end(), true));
+  return contradictions >= kMinContradictions && kShare * contradictions > contradictions_.size();
 }
 
 std::optional<Finding> GyroPrior::finding() const {
@@ -51,7 +55,7 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
                 R_imu_camera * covariance.bottomRightCorner<3, 3>() * R_camera_imu;
   covariance_.diagonal().array() +=
       kRotationError * kRotationError + kScaleError * kScaleError * angle * angle;
-  if (contradicts()) return std::nullopt;
+  if (is_left_out()) return std::nullopt;
   const Eigen::Matrix3d& J = measured_->rotation_by_gyro();
   const Eigen::Matrix3d total = covariance_ + J * bias_->covariance() * J.transpose();
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
@@ -61,23 +65,24 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
   return prior;
 }
 
-void GyroPrior::add(const RgbdFrame& image, const TrackedFrame& tracked) {
+void GyroPrior::add(const RgbdFrame& image, const TrackedFrame& tracked, bool contradicts) {
   if (!measured_ || !tracked.T_previous_camera || image.imu.empty()) return;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   const Eigen::Quaterniond seen = q.conjugate() * tracked.T_previous_camera->quaternion() * q;
   const Eigen::Vector3d difference =
-      so3_log(measured_->rotation(ImuBias{.gyro = bias_->mean()}).conjugate() * seen);
+      so3_log(measured_->rotation({.gyro = bias_->mean()}).conjugate() * seen);
   const Eigen::Matrix3d R_imu_camera = q.conjugate().toRotationMatrix();
   const Eigen::Matrix3d covariance =
       covariance_ +
       R_imu_camera * tracked.covariance.bottomRightCorner<3, 3>() * R_imu_camera.transpose();
   const Eigen::Matrix3d& J = measured_->rotation_by_gyro();
   const Eigen::Matrix3d total = covariance + J * bias_->covariance() * J.transpose();
-  chi2_.push_back(difference.dot(total.inverse() * difference));
-  if (chi2_.size() > kMemory) chi2_.erase(chi2_.begin());
+  const bool differs = difference.dot(total.inverse() * difference) > kContradiction;
+  contradictions_.push_back(contradicts || differs);
+  if (contradictions_.size() > kMemory) contradictions_.erase(contradictions_.begin());
   ++compared_;
-  left_out_ += contradicts();
-  if (!contradicts()) bias_->add(*measured_, difference, covariance);
+  left_out_ += is_left_out();
+  if (!contradictions_.back()) bias_->add(*measured_, difference, covariance);
 }
 
 }  // namespace stillmap

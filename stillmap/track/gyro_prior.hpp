@@ -27,20 +27,21 @@ class GyroPrior {
                                     const Matrix6d& covariance);
 
   /// Adds a tracked frame with T_previous_camera, whose motion was predicted by motion().
-  void add(const RgbdFrame& image, const TrackedFrame& tracked);
+  /// @param contradicts  whether the best pose contradicts the prior: PoseEstimate
+  void add(const RgbdFrame& image, const TrackedFrame& tracked, bool contradicts);
 
   /// Returns the finding that it was left out in a fifth of the frames or more; none otherwise.
   std::optional<Finding> finding() const;
 
  private:
-  bool contradicts() const;
+  bool is_left_out() const;
 
   std::optional<Imu> imu_;
   std::optional<GyroBias> bias_;
   std::optional<Preintegration> measured_;  // up to the frame of motion()
   Eigen::Matrix3d covariance_ =
       Eigen::Matrix3d::Zero();               // of it and of the previous pose, in the IMU
-  std::vector<double> chi2_;                 // of the last frames, the newest last
+  std::vector<bool> contradictions_;         // of the last frames, the newest last
   std::size_t compared_ = 0, left_out_ = 0;  // frames
 };
 

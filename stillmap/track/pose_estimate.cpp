@@ -20,16 +20,18 @@ constexpr double kFirm = 1e4;
 /// Least number of inliers of a pose that agrees with the prior, relative to that of the best pose.
 /// A motion between that of people and that of the camera had 1.3 times the inliers of the true one
 /// (lab/records/real_sensors.md).
-constexpr double kLeastShare = 0.5;
+constexpr double kLeastShare = 0.7;
 
+/// @param contradicts  set if the best pose contradicts the prior
 PoseSolution solve_near_prior(const Camera& camera, const Pose& guess,
                               const std::vector<PoseObservation>& observations,
-                              const std::optional<PosePrior>& prior) {
+                              const std::optional<PosePrior>& prior, bool& contradicts) {
   PoseSolution with_prior = solve_pose(camera, guess, observations, prior);
   const auto agrees = [&](const PoseSolution& solution) {
     return solution.well_posed && prior->chi2(solution.T_world_camera) <= kPriorChi2;
   };
   if (!prior || agrees(with_prior)) return with_prior;
+  contradicts = true;
   PoseSolution without = solve_pose(camera, guess, observations);
   const PosePrior firm{prior->T_world_camera, kFirm * prior->information};
   const PoseSolution bound = solve_pose(camera, guess, observations, firm);
@@ -56,10 +58,11 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
     observations.push_back({match.p_world, k.u, k.v, k.depth,
                             static_cast<float>(model.pyramid.scale(k.level)), match.weight});
   }
+  bool contradicts = false;
   const PoseSolution solution =
-      solve_near_prior(model.camera, T_world_camera_guess, observations, prior);
+      solve_near_prior(model.camera, T_world_camera_guess, observations, prior, contradicts);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
-  PoseEstimate estimate{solution.T_world_camera, {}, covariance_of(solution)};
+  PoseEstimate estimate{solution.T_world_camera, {}, covariance_of(solution), contradicts};
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (solution.inlier[i]) estimate.matches.push_back(matches[i]);
   }

@@ -29,6 +29,8 @@ struct PoseEstimate {
   /// Covariance of the perturbation (v, w) in T_world_camera exp(v, w), from the residuals of the
   /// inliers; landmarks are taken to be as uncertain as keypoints [m^2, rad^2].
   Matrix6d covariance = Matrix6d::Zero();
+  /// Whether the pose with the best residuals contradicts the prior.
+  bool contradicts_prior = false;
 };
 
 /// Camera and feature pyramid of a sequence.
