@@ -212,6 +212,8 @@ void add_floor_options(CLI::App& command, CLI::Option* planner, FloorHints& floo
 int print_findings(std::span<const Finding> findings) {
   for (const Finding& finding : findings_with(Severity::kNote, findings))
     print_error("stillmap: note: {} [{}]\n", finding.text(), finding.code);
+  for (const Finding& finding : findings_with(Severity::kWarning, findings))
+    print_error("stillmap: warning: {} [{}]\n", finding.text(), finding.code);
   const std::string title = styled("DO NOT TRUST THIS RESULT:", Style::kRed, STDERR_FILENO);
   for (const Finding& finding : findings_with(Severity::kUntrusted, findings))
     print_error("{} {} [{}]\n", title, finding.text(), finding.code);

@@ -7,6 +7,7 @@ set(STILLMAP_PUBLIC_HEADERS
   evaluate.hpp
   geometry/camera.hpp
   geometry/depth_sensor.hpp
+  geometry/imu.hpp
   geometry/pose.hpp
   geometry/trajectory.hpp
   options.hpp
