@@ -13,8 +13,8 @@ namespace {
 /// axes and the time offset, relative to the rotation, and the shutters [rad].
 constexpr double kScaleError = 0.01, kRotationError = 3e-4;
 /// Number of frames that are compared, and number of those that contradict the gyroscope from which
-/// it is left out: 4, and a fifth of all. In starts among people at most two contradict a right
-/// one.
+/// it is left out: 4, and a fifth of all. In starts among people mostly two or fewer contradict a
+/// right one; with 6 or 8, those with wrong axes, sign or unit do up to ten times the harm.
 constexpr std::size_t kMemory = 60, kMinContradictions = 4, kShare = 5;
 /// Squared difference from which a rotation contradicts the gyroscope [sigma^2]: 99.9 % with three
 /// degrees of freedom.
