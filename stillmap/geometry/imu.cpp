@@ -5,11 +5,12 @@
 #include "stillmap/base/nearest_name.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 namespace stillmap {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180, kMicroG = 9.80665e-6;
+constexpr double kDegree = std::numbers::pi / 180, kMicroG = 9.80665e-6;
 
 /// Noise densities as the data sheets give them [degrees/s/sqrt(Hz)] and [micro-g/sqrt(Hz)].
 Imu of_data_sheet(const char* name, double gyro_noise, double accel_noise) {

@@ -14,7 +14,7 @@ namespace stillmap {
 struct ImuSample {
   double timestamp = 0;  ///< [s], by the clock of the images: see Imu::time_offset.
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
-  /// Specific force: at rest 9.81 upward. NaN for a gyroscope without accelerometer [m/s^2].
+  /// Specific force [m/s^2]: 9.81 upward at rest.
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
 };
 
@@ -22,7 +22,7 @@ struct ImuSample {
 /// sensor whose data sheet is not known.
 struct Imu {
   std::string name = "unnamed";
-  /// Pose of the unit in the frame of the camera of the frames.
+  /// Pose of the IMU in the frame of the rectified camera.
   Pose T_camera_imu;
   /// Noise densities of the gyroscope [rad/s/sqrt(Hz)] and of the accelerometer [m/s^2/sqrt(Hz)].
   double gyro_noise = 5e-4, accel_noise = 5e-3;
@@ -34,8 +34,8 @@ struct Imu {
   double time_offset = 0;
 };
 
-/// Returns the unit built into a camera, with its noise and its usual mounting; docs/sensors.md
-/// gives the sources. Throws Error with the known names.
+/// Returns the unit built into a camera, with the noise of its data sheet and axes along the
+/// optical ones: docs/cameras.md. Throws Error with the known names.
 Imu find_imu(std::string_view name);
 /// Returns the names that find_imu() knows.
 const std::vector<std::string>& imu_names();

@@ -113,7 +113,7 @@ std::optional<bool> scalar_first_in(std::string heading) {
   return w && x ? std::optional(*w < *x) : std::nullopt;
 }
 
-/// Returns the unit of the timestamps [s]. Those of another clock than that since 1970 are in
+/// Returns the unit of the timestamps [s]. Timestamps that do not count from 1970 are in
 /// nanoseconds if they are too large for seconds.
 double stamp_unit(const std::string& heading, const std::vector<PoseLine>& lines) {
   if (heading.find("[ns]") != std::string::npos) return kNanosecond;

@@ -39,7 +39,7 @@ void Preintegration::integrate(const Eigen::Vector3d& angular_velocity,
   const Eigen::Matrix3d R = rotation_.toRotationMatrix(), Ra = R * skew(a), J = right_jacobian(w);
   const Eigen::Matrix3d turn = so3_exp(w).toRotationMatrix().transpose();
 
-  // (rotation, velocity, position) of the noise: A carries it on, B adds that of the measurements.
+  // Error of (rotation, velocity, position): propagated by A; B is its derivative by the noise.
   Matrix9d A = Matrix9d::Identity();
   A.block<3, 3>(0, 0) = turn;
   A.block<3, 3>(3, 0) = -Ra * dt;

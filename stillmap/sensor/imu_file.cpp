@@ -84,7 +84,7 @@ std::vector<ImuSample> read_imu(const fs::path& file) {
     samples.push_back({v[0], {v[1], v[2], v[3]}, {v[4], v[5], v[6]}});
     stamps.push_back(v[0]);
   }
-  // Stamps of another clock than that since 1970 are in nanoseconds if they are far apart.
+  // Timestamps that do not count from 1970 are in nanoseconds if they are far apart.
   constexpr double kLongestInterval = 1000;  // s
   double unit = unit_of_stamps(stamps);
   const bool far_apart = stamps.size() > 1 && stamps[1] - stamps[0] > kLongestInterval;

@@ -3,7 +3,6 @@
 
 #include "stillmap/simulate/random.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace stillmap {
@@ -31,26 +30,23 @@ ImuSample exact_sample(const std::function<Pose(double)>& T_world_imu, double ti
 
 std::vector<ImuSample> simulated_imu(const std::function<Pose(double)>& T_world_camera,
                                      double begin, double end, const Imu& imu, int seed,
-                                     const InertialErrors& errors) {
+                                     bool noise) {
   constexpr std::uint64_t kStream = 0x1a0;  // of random numbers
   simulate::Random random(static_cast<std::uint64_t>(seed), kStream);
   const auto T_world_imu = [&](double time) { return T_world_camera(time) * imu.T_camera_imu; };
   Eigen::Vector3d gyro_bias = imu.gyro_bias * normal_vector(random),
                   accel_bias = imu.accel_bias * normal_vector(random);
-  const double noise = std::sqrt(kRate), walk = 1 / noise;  // of densities, per sample
+  const double white = std::sqrt(kRate), walk = 1 / white;  // of densities, per sample
   std::vector<ImuSample> samples;
   for (int i = 0; begin + i / kRate <= end; ++i) {
     ImuSample sample = exact_sample(T_world_imu, begin + i / kRate);
     sample.timestamp += imu.time_offset;
-    Eigen::Vector3d& rate = sample.angular_velocity;
-    rate *= errors.gyro_scale;
-    if (errors.noise) {
-      rate += gyro_bias + noise * imu.gyro_noise * normal_vector(random);
-      sample.acceleration += accel_bias + noise * imu.accel_noise * normal_vector(random);
+    if (noise) {
+      sample.angular_velocity += gyro_bias + white * imu.gyro_noise * normal_vector(random);
+      sample.acceleration += accel_bias + white * imu.accel_noise * normal_vector(random);
       gyro_bias += walk * imu.gyro_walk * normal_vector(random);
       accel_bias += walk * imu.accel_walk * normal_vector(random);
     }
-    rate = rate.cwiseMax(-errors.largest_rate).cwiseMin(errors.largest_rate);
     samples.push_back(sample);
   }
   return samples;

@@ -15,7 +15,7 @@ TEST(InertialUnit, ExactSamplesGiveTheMotionOfTheCamera) {
   Imu imu = find_imu("d435i");
   imu.T_camera_imu = Pose(so3_exp({0.3, -0.2, 1.2}), {0.05, -0.02, 0.03});
   const auto samples = simulated_imu([&](double t) { return sequence.motion(t); }, -0.1, 1.5, imu,
-                                     1, {.noise = false});
+                                     1, /*noise=*/false);
   const double begin = 0.2, end = 1.1;
   const auto motion = preintegrate(samples, begin, end, imu, {});
   ASSERT_TRUE(motion);

@@ -208,9 +208,9 @@ SimulatedSequence::SimulatedSequence(const SimulationOptions& options, const Cam
   if (!options.imu.empty()) camera_.imu = find_imu(options.imu);
   if (!camera_.imu) return;
   constexpr double kMargin = 0.1;  // s
-  imu_samples_ = simulated_imu([&](double time) { return motion_.T_world_camera(time); }, -kMargin,
-                               timestamp(frames()) + kMargin, *camera_.imu, options.seed,
-                               {.noise = options.noise});
+  imu_samples_ =
+      simulated_imu([&](double time) { return motion_.T_world_camera(time); }, -kMargin,
+                    timestamp(frames()) + kMargin, *camera_.imu, options.seed, options.noise);
 }
 
 RgbdFramePtr SimulatedSequence::next() { return next_ < frames() ? frame(next_++) : nullptr; }

@@ -29,7 +29,7 @@ bool GyroPrior::is_left_out() const {
 }
 
 std::optional<Finding> GyroPrior::finding() const {
-  if (left_out_ == 0 || 5 * left_out_ < compared_) return std::nullopt;
+  if (left_out_ == 0 || kShare * left_out_ < compared_) return std::nullopt;
   return make_finding(
       "gyroscope-unlike",
       fmt::format(
@@ -38,6 +38,12 @@ std::optional<Finding> GyroPrior::finding() const {
           left_out_, compared_),
       "check its axes (T_camera_imu), its unit (rad/s) and its clock (imu_time_offset)",
       {{"left_out", static_cast<double>(left_out_)}, {"frames", static_cast<double>(compared_)}});
+}
+
+/// Returns the covariance of a measured rotation with the part of the bias.
+Eigen::Matrix3d GyroPrior::with_bias(const Eigen::Matrix3d& covariance) const {
+  const Eigen::Matrix3d& J = measured_->rotation_by_gyro();
+  return covariance + J * bias_->covariance() * J.transpose();
 }
 
 std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double before,
@@ -56,17 +62,16 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
   covariance_.diagonal().array() +=
       kRotationError * kRotationError + kScaleError * kScaleError * angle * angle;
   if (is_left_out()) return std::nullopt;
-  const Eigen::Matrix3d& J = measured_->rotation_by_gyro();
-  const Eigen::Matrix3d total = covariance_ + J * bias_->covariance() * J.transpose();
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   MotionPrior prior{.T_previous_camera =
                         Pose(q * rotation * q.conjugate(), Eigen::Vector3d::Zero())};
-  prior.information.bottomRightCorner<3, 3>() = R_camera_imu * total.inverse() * R_imu_camera;
+  prior.information.bottomRightCorner<3, 3>() =
+      R_camera_imu * with_bias(covariance_).inverse() * R_imu_camera;
   return prior;
 }
 
-void GyroPrior::add(const RgbdFrame& image, const TrackedFrame& tracked, bool contradicts) {
-  if (!measured_ || !tracked.T_previous_camera || image.imu.empty()) return;
+void GyroPrior::add(const TrackedFrame& tracked, bool contradicts) {
+  if (!measured_ || !tracked.T_previous_camera) return;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   const Eigen::Quaterniond seen = q.conjugate() * tracked.T_previous_camera->quaternion() * q;
   const Eigen::Vector3d difference =
@@ -75,9 +80,8 @@ void GyroPrior::add(const RgbdFrame& image, const TrackedFrame& tracked, bool co
   const Eigen::Matrix3d covariance =
       covariance_ +
       R_imu_camera * tracked.covariance.bottomRightCorner<3, 3>() * R_imu_camera.transpose();
-  const Eigen::Matrix3d& J = measured_->rotation_by_gyro();
-  const Eigen::Matrix3d total = covariance + J * bias_->covariance() * J.transpose();
-  const bool differs = difference.dot(total.inverse() * difference) > kContradiction;
+  const bool differs =
+      difference.dot(with_bias(covariance).inverse() * difference) > kContradiction;
   contradictions_.push_back(contradicts || differs);
   if (contradictions_.size() > kMemory) contradictions_.erase(contradictions_.begin());
   ++compared_;

@@ -28,13 +28,14 @@ class GyroPrior {
 
   /// Adds a tracked frame with T_previous_camera, whose motion was predicted by motion().
   /// @param contradicts  whether the best pose contradicts the prior: PoseEstimate
-  void add(const RgbdFrame& image, const TrackedFrame& tracked, bool contradicts);
+  void add(const TrackedFrame& tracked, bool contradicts);
 
   /// Returns the finding that it was left out in a fifth of the frames or more; none otherwise.
   std::optional<Finding> finding() const;
 
  private:
   bool is_left_out() const;
+  Eigen::Matrix3d with_bias(const Eigen::Matrix3d& covariance) const;
 
   std::optional<Imu> imu_;
   std::optional<GyroBias> bias_;

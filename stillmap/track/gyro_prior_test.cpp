@@ -54,7 +54,7 @@ struct TurningCamera {
       TrackedFrame tracked;
       tracked.T_previous_camera = motion(i);
       tracked.covariance = covariance;
-      gyro.add(frame(i), tracked, /*contradicts=*/false);
+      gyro.add(tracked, /*contradicts=*/false);
     }
     return prior;
   }

@@ -18,7 +18,7 @@ constexpr double kPriorChi2 = 16.3;
 /// Factor on the information of a prior with which it decides against all matches.
 constexpr double kFirm = 1e4;
 /// Least number of inliers of a pose that agrees with the prior, relative to that of the best pose.
-/// A motion between that of people and that of the camera had 1.3 times the inliers of the true one
+/// In a start among people a wrong motion had 1.3 times the inliers of the true one
 /// (lab/records/real_sensors.md).
 constexpr double kLeastShare = 0.7;
 

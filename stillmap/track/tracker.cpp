@@ -297,7 +297,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;
   if (!relocalized) result->T_previous_camera = motion_since_previous(pose.estimate.T_world_camera);
-  if (result->T_previous_camera) gyro_.add(*frame->image, *result, pose.estimate.contradicts_prior);
+  gyro_.add(*result, pose.estimate.contradicts_prior);
   judge(*result);
   frames_in_map_ = relocalized ? kMinMapFrames : frames_in_map_ + 1;
 
