@@ -137,6 +137,23 @@ Trajectory inverted(Trajectory trajectory) {
   return trajectory;
 }
 
+/// Returns the poses with inverse rotations and the same positions.
+Trajectory with_inverse_rotations(Trajectory trajectory) {
+  for (StampedPose& pose : trajectory) {
+    const Pose& T = pose.T_world_camera;
+    pose.T_world_camera = Pose(T.quaternion().conjugate(), T.translation());
+  }
+  return trajectory;
+}
+
+/// Returns the poses of cameras that are turned by an angle about an axis of their frame.
+Trajectory of_turned_cameras(const Trajectory& trajectory, int degrees,
+                             const Eigen::Vector3d& axis) {
+  const Eigen::AngleAxisd turn(degrees * std::numbers::pi / 180, axis);
+  return in_camera_frame(trajectory,
+                         {Pose(), Pose(Eigen::Quaterniond(turn), Eigen::Vector3d::Zero())});
+}
+
 /// Returns the poses in the file of the truth.
 Trajectory without_frame(const Trajectory& camera, const TruthFrame& frame) {
   return in_camera_frame(camera,
@@ -167,7 +184,23 @@ std::vector<Reading> other_readings(const Trajectory& truth, const Trajectory& e
       "write the order of TUM, qx qy qz qw: awk '!/^#/ {{print $1,$2,$3,$4,$6,$7,$8,$5}}' {}");
   add(inverted, "if the poses of {} are inverted",
       "write T_world_camera, the pose of the camera in the world, to {}");
-  if (!names.truth_frame.empty())
+  add(with_inverse_rotations, "if the quaternions of {} are inverted",
+      "write the rotation from the camera to the world to {}");
+  const auto add_turned = [&](int degrees, const Eigen::Vector3d& axis, const std::string& how,
+                              const std::string& fix) {
+    readings.push_back({of_turned_cameras(truth, degrees, axis), estimate,
+                        fmt::format("if the cameras of {} are turned {}", names.truth, how), fix});
+  };
+  add_turned(180, Eigen::Vector3d::UnitX(), "to the axes of OpenGL or back (y up, z backward)",
+             "write both with one convention: OpenCV's is x right, y down, z forward");
+  for (const int degrees : {90, 180, 270})
+    add_turned(degrees, Eigen::Vector3d::UnitZ(),
+               fmt::format("by {} degrees about the optical axis", degrees),
+               "write both of the same images: --rotate turns the camera with its images");
+  if (names.truth_frame.empty())
+    readings.push_back({in_camera_frame(truth, read_truth_frame("bonn")), estimate,
+                        "with --truth-frame bonn", "give --truth-frame bonn"});
+  else
     readings.push_back({in_file, estimate, "without --truth-frame " + names.truth_frame,
                         "leave it out: the truth is already the pose of the camera"});
   return readings;
@@ -339,7 +372,8 @@ std::optional<Finding> finding_of_motions(const std::vector<Motion>& motions, co
                       "{:.3f}) of T_body_camera",
                       -p->x(), -p->y(), -p->z()));
   }
-  if (way_error >= kUnrelated * way)
+  const bool turns_alike = turns && turns_agree;  // of one recording
+  if (!turns_alike && way_error >= kUnrelated * way)
     return make_finding(
         "truth-unrelated",
         fmt::format("the displacements of {} have hardly anything in common: {:.3g} and {:.3g} m "

@@ -103,9 +103,36 @@ TEST(TruthFindings, NeverNameTheOwnEstimateAndOnlyReadingsThatAgree) {
   EXPECT_THAT(texts(truth, inverted(estimate), names), Each(Not(HasSubstr("estimate.txt are"))));
   EXPECT_THAT(texts(inverted(truth), estimate, names),
               ElementsAre(HasSubstr("if the poses of truth.txt are inverted")));
-  Trajectory turned = truth;  // a camera upside down: no other reading has its motions
-  for (auto& [stamp, T] : turned) T = T * Pose(so3_exp({0, 0, 3.1}), Eigen::Vector3d::Zero());
+  Trajectory turned = truth;  // a camera on its side: no other reading has its motions
+  for (auto& [stamp, T] : turned) T = T * Pose(so3_exp({0, 0, 1.0}), Eigen::Vector3d::Zero());
   EXPECT_THAT(texts(turned, estimate, kNames), Each(Not(HasSubstr("and by "))));
+}
+
+TEST(TruthFindings, NameTurnedCamerasAndInverseRotations) {
+  const Trajectory truth = turning(), estimate = estimated(truth, 0.002);
+  const auto turned = [&](const Eigen::Vector3d& turn) {
+    return in_camera_frame(truth, {Pose(), Pose(so3_exp(turn), Eigen::Vector3d::Zero())});
+  };
+  constexpr double kPi = 3.14159265358979;
+  EXPECT_THAT(texts(turned({kPi, 0, 0}), estimate, kNames),
+              ElementsAre(HasSubstr("of truth.txt are turned to the axes of OpenGL or back")));
+  EXPECT_THAT(texts(turned({0, 0, -kPi / 2}), estimate, kNames),
+              ElementsAre(HasSubstr("of truth.txt are turned by 90 degrees about the optical")));
+  EXPECT_THAT(texts(turned({0, 0, kPi}), estimate, kNames),
+              ElementsAre(HasSubstr("of truth.txt are turned by 180 degrees about the optical")));
+  Trajectory conjugated = estimate;
+  for (auto& [stamp, T] : conjugated) T = Pose(T.quaternion().conjugate(), T.translation());
+  EXPECT_THAT(texts(truth, conjugated, kNames),
+              ElementsAre(HasSubstr("if the quaternions of estimate.txt are inverted")));
+}
+
+TEST(TruthFindings, NameTheFrameOfAKnownDataSet) {
+  const Trajectory camera = turning();
+  const TruthFrame bonn = read_truth_frame("bonn");
+  const Trajectory marker =
+      in_camera_frame(camera, {bonn.T_world_reference.inverse(), bonn.T_body_camera.inverse()});
+  EXPECT_THAT(texts(marker, estimated(camera, 0.002), kNames),
+              ElementsAre(HasSubstr("with --truth-frame bonn; give --truth-frame bonn")));
 }
 
 TEST(TruthFindings, TellInvertedPosesFromQwFirstOnARobot) {
