@@ -91,6 +91,7 @@ inline constexpr std::array kFindingKinds = {
                 "depth images have the same value everywhere"},
     FindingKind{"depth-frozen", Severity::kUntrusted,
                 "depth images repeat while the color images change"},
+    FindingKind{"depth-bytes", Severity::kUntrusted, "the bytes of 16-bit depths are exchanged"},
     FindingKind{"depth-coarse", Severity::kUntrusted, "depths have steps of 15 mm or more"},
     FindingKind{"depth-turned", Severity::kUntrusted,
                 "depth images are mirrored or turned relative to the color images"},

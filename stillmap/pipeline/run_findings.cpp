@@ -23,6 +23,8 @@ constexpr double kMaxUncertain = 0.2;
 constexpr double kMaxLate = 0.2;
 /// Maximum share of frames for which the masks could not be used [0..1].
 constexpr double kMaxWithoutMasks = 0.5;
+/// Share from which masks are those of another recording.
+constexpr double kMasksOfOthers = 0.9;
 
 /// Least number of points of a dense map of this many frames with a pose.
 constexpr std::size_t kFewestPoints = 100, kFramesForACloud = 30;
@@ -139,17 +141,20 @@ void add_uncertain(const RunDetails& record, std::vector<Finding>& findings) {
 
 void add_masks(const RunDetails& record, std::vector<Finding>& findings) {
   const SlamResult& result = record.result;
+  const std::string preset = record.options.preset();
   if (share(result.detector_failures, result.segmented) > kMaxWithoutMasks) {
-    findings.push_back(make_finding(
+    const Finding missing = make_finding(
         "masks-missing",
         fmt::format("{} of {} frames have no usable mask ({})", result.detector_failures,
                     result.segmented, result.detector_skipped),
         "name the folder of masks of this recording, in the size of its images, or a "
         "network that works",
-        {{"share", share(result.detector_failures, result.segmented)}}));
+        {{"share", share(result.detector_failures, result.segmented)}});
+    const bool of_others = share(result.detector_failures, result.segmented) > kMasksOfOthers;
+    findings.push_back(
+        of_others || needs_detector(preset) ? missing : with_severity(Severity::kWarning, missing));
   }
   if (result.detector_finding) findings.push_back(*result.detector_finding);
-  const std::string preset = record.options.preset();
   if (record.detector.empty() && needs_detector(preset)) {
     findings.push_back(make_finding(
         "no-detector",

@@ -177,6 +177,13 @@ TEST(RunFindings, MasksOfAnotherRecordingAreTold) {
   EXPECT_THAT(texts(record), IsEmpty());
   record.result.detector_failures = 6;
   EXPECT_THAT(texts(record), ElementsAre(HasSubstr("6 of 10 frames have no usable mask")));
+  const auto severity = [&] { return worst(run_findings(record)); };
+  EXPECT_EQ(severity(), Severity::kWarning) << "this preset finds moving objects without masks";
+  record.result.detector_failures = 10;
+  EXPECT_EQ(severity(), Severity::kUntrusted) << "none is of this recording";
+  record.result.detector_failures = 6;
+  record.options = read_options("seg-mask");
+  EXPECT_EQ(severity(), Severity::kUntrusted) << "this preset needs masks";
 }
 
 TEST(RunFindings, ANetworkWithoutMasksIsToldForThePresetsThatNeedThem) {

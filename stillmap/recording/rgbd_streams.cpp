@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -190,6 +191,11 @@ void add_camera(Recording& recording, ImageStream& stream) {
   const std::string& name = recording.topics()[*topic].name;
   if (realsense_inverts_distortion(recording, stream.name))
     info->distortion_model = "Inverse Brown Conrady";
+  const bool without_size = info->width == 0 || info->height == 0;
+  if (without_size) {
+    info->width = static_cast<std::uint32_t>(stream.width);
+    info->height = static_cast<std::uint32_t>(stream.height);
+  }
   const bool rectified = is_rectified(base_of(stream));
   std::optional<RecordedCamera> full;
   try {
@@ -204,6 +210,7 @@ void add_camera(Recording& recording, ImageStream& stream) {
   std::vector<std::string> changes;
   if (!rectified && info->intrinsics[0] == 0)
     changes.emplace_back("K is 0, so P is used, as for rectified images");
+  if (without_size) changes.emplace_back("its size is 0, so that of the images is used");
   if (!sized_camera.how.empty()) changes.push_back(sized_camera.how);
   if (!changes.empty())
     stream.camera_note = fmt::format("camera of {}: {}", name, fmt::join(changes, "; "));
@@ -221,6 +228,27 @@ void use_log_times_if_unstamped(ImageStream& stream) {
                                      [](const MessageEntry& entry) { return entry.stamp == 0; });
   if (!unstamped) return;
   for (MessageEntry& entry : stream.images) entry.stamp = entry.log_time;
+}
+
+/// Returns whether images are stored in an order that no camera and no loop gives: stamps that jump
+/// back in more than a fifth of the images, and no stamp twice.
+bool is_shuffled(const std::vector<MessageEntry>& images) {
+  std::size_t jumps = 0;
+  std::set<std::int64_t> stamps;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    stamps.insert(images[i].stamp);
+    if (i > 0 && images[i].stamp < images[i - 1].stamp) ++jumps;
+  }
+  return 5 * jumps > images.size() && stamps.size() == images.size();
+}
+
+/// Sorts images by their stamps if they are stored in another order.
+void sort_if_shuffled(ImageStream& stream, std::vector<std::string>& notes) {
+  if (!is_shuffled(stream.images)) return;
+  std::ranges::sort(stream.images, {}, &MessageEntry::stamp);
+  notes.push_back(fmt::format(
+      "warning: {} is stored in another order than that of its stamps; it is sorted by them",
+      stream.name));
 }
 
 // Returns the rate by the median interval, as one of the usual rates if it is within 5 % of one.
@@ -386,6 +414,7 @@ RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
     add_camera(recording, *stream);
     use_log_times_if_unstamped(*stream);
     use_realsense_timestamps(recording, *stream);
+    sort_if_shuffled(*stream, streams.notes);
   }
   streams.fps = rate_of(streams.color);
   if (const auto unit = realsense_depth_unit(recording, streams.depth.name)) {

@@ -202,6 +202,10 @@ TEST(RgbdStreams, ACameraOfOtherImagesIsFittedAndTold) {
   ASSERT_TRUE(rectified.camera);
   EXPECT_EQ(rectified.camera->fx, 20);
   EXPECT_THAT(rectified.camera_note, HasSubstr("K is 0, so P is used"));
+  const ImageStream without_size = with(0, 0, {});
+  ASSERT_TRUE(without_size.camera);
+  EXPECT_EQ(without_size.camera->width, 8);
+  EXPECT_THAT(without_size.camera_note, HasSubstr("its size is 0, so that of the images is used"));
   EXPECT_EQ(with(8, 6, {}).camera_note, "");
 }
 

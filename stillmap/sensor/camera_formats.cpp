@@ -9,8 +9,11 @@
 #include "stillmap/sensor/printable.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -274,16 +277,19 @@ FileCamera from_realsense(const CameraValues& values) {
   return camera;
 }
 
-/// The first camera of a camera chain of Kalibr.
-FileCamera from_kalibr(const CameraValues& values) {
-  require_model(values, "cam0.camera_model");
-  const auto size = values.matrix("cam0.resolution", 2), k = values.matrix("cam0.intrinsics", 4);
+/// The first camera of a camera chain of Kalibr (cam0), or sensor.yaml of EuRoC (no prefix).
+FileCamera from_kalibr(const CameraValues& values, const std::string& prefix) {
+  require_model(values, prefix + "camera_model");
+  const auto size = values.matrix(prefix + "resolution", 2),
+             k = values.matrix(prefix + "intrinsics", 4);
   FileCamera camera;
   set_size(camera, size[0], size[1]);
   set_intrinsics(camera, k[0], k[1], k[2], k[3]);
   camera.lens =
-      lens_of_list(values, text_or_none(values, "cam0.distortion_model"), "cam0.distortion_coeffs");
-  camera.depth_factor = values.number_or({"depth_factor", "cam0.depth_factor"}, kMillimeters);
+      lens_of_list(values, text_or_none(values, prefix + "distortion_model"),
+                   prefix + (prefix.empty() ? "distortion_coefficients" : "distortion_coeffs"));
+  camera.fps = values.number_or({"rate_hz"}, camera.fps);
+  camera.depth_factor = values.number_or({"depth_factor", prefix + "depth_factor"}, kMillimeters);
   return camera;
 }
 
@@ -297,7 +303,8 @@ FileCamera from_vins(const CameraValues& values) {
   return camera;
 }
 
-const Keys kNeuralSlamGroups{"cam.", "camera.", "camera_params.", "dataset.Calibration."};
+const Keys kNeuralSlamGroups{"cam.", "camera.", "camera_params.", "dataset.Calibration.",
+                             "Dataset.Calibration."};
 
 /// Returns the group of keys with fx in settings of NICE-SLAM and its successors; none in other
 /// files.
@@ -350,7 +357,8 @@ FileCamera from_record3d(const CameraValues& values) {
 }
 
 FileCamera camera_of(const CameraValues& values) {
-  if (values.has({"cam0.camera_model"})) return from_kalibr(values);
+  if (values.has({"cam0.camera_model"})) return from_kalibr(values, "cam0.");
+  if (values.has({"resolution"}) && values.has({"intrinsics"})) return from_kalibr(values, "");
   if (is_settings_file(values)) return from_settings(values);
   if (values.has({"projection_parameters"})) return from_vins(values);
   if (values.has({"fl_x", "camera_angle_x"})) return from_nerf(values);
@@ -364,13 +372,23 @@ FileCamera camera_of(const CameraValues& values) {
 
 // ---- numbers without keys
 
-/// Returns the `count` numbers of a text, separated by blanks, line breaks or commas.
-std::vector<double> numbers_of(const fs::path& file, std::size_t count, const char* what) {
-  std::string text = camera_text(file);
-  std::replace(text.begin(), text.end(), ',', ' ');
-  std::istringstream words(text);
+/// Returns the words of a text between blanks, commas and line breaks, without comments.
+std::vector<std::string> words_of(const fs::path& file) {
+  std::istringstream lines(camera_text(file));
+  std::vector<std::string> words;
+  for (std::string line; std::getline(lines, line);) {
+    line.resize(std::min(line.size(), line.find('#')));
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream line_words(line);
+    for (std::string word; line_words >> word;) words.push_back(word);
+  }
+  return words;
+}
+
+std::vector<double> numbers_of(std::span<const std::string> words, const fs::path& file,
+                               const char* what) {
   std::vector<double> numbers;
-  for (std::string word; words >> word;) {
+  for (const std::string& word : words) {
     const auto number = number_of(word);
     if (!number || !std::isfinite(*number)) {
       throw Error(fmt::format("expected a number, found '{}'", printable(word)), file.string(),
@@ -378,16 +396,11 @@ std::vector<double> numbers_of(const fs::path& file, std::size_t count, const ch
     }
     numbers.push_back(*number);
   }
-  if (numbers.size() != count) {
-    throw Error(fmt::format("expected {} numbers, found {}", count, numbers.size()), file.string(),
-                fmt::format("write {}", what));
-  }
   return numbers;
 }
 
-/// Intrinsics of ARKitScenes.
-FileCamera from_pincam(const fs::path& file) {
-  const auto numbers = numbers_of(file, 6, "width height fx fy cx cy in one line");
+/// Intrinsics of ARKitScenes: width height fx fy cx cy.
+FileCamera from_pincam(const std::vector<double>& numbers) {
   FileCamera camera;
   set_size(camera, numbers[0], numbers[1]);
   set_intrinsics(camera, numbers[2], numbers[3], numbers[4], numbers[5]);
@@ -395,13 +408,73 @@ FileCamera from_pincam(const fs::path& file) {
   return camera;
 }
 
-/// camera_matrix.csv of Stray Scanner: row-major matrix of the color images.
-FileCamera from_matrix_csv(const fs::path& file) {
-  const auto k =
-      numbers_of(file, 9, "the camera matrix as three lines 'fx,0,cx', '0,fy,cy', '0,0,1'");
+/// A matrix row by row: camera_matrix.csv of Stray Scanner (3 x 3), intrinsic_color.txt of ScanNet
+/// (4 x 4).
+FileCamera from_plain_matrix(const std::vector<double>& k, const fs::path& file) {
+  const std::size_t columns = k.size() == 9 ? 3 : 4;
   FileCamera camera;
   camera.width = camera.height = 0;
-  set_intrinsics(camera, k[0], k[4], k[2], k[5]);
+  set_intrinsics(camera, k[0], k[columns + 1], k[2], k[columns + 2]);
+  camera.depth_factor = kMillimeters;
+  if (k[2] == 0 && k[2 * columns] != 0)
+    throw Error("the camera matrix is transposed", file.string(),
+                "write the lines 'fx 0 cx', '0 fy cy', '0 0 1'");
+  return camera;
+}
+
+FileCamera from_numbers(const fs::path& file) {
+  constexpr const char* kWhat =
+      "the camera matrix as three lines 'fx 0 cx', '0 fy cy', '0 0 1', or one line 'width height "
+      "fx fy cx cy'";
+  const auto numbers = numbers_of(words_of(file), file, kWhat);
+  if (numbers.size() == 6) return from_pincam(numbers);
+  if (numbers.size() == 9 || numbers.size() == 16) return from_plain_matrix(numbers, file);
+  throw Error(fmt::format("expected 6, 9 or 16 numbers, found {}", numbers.size()), file.string(),
+              fmt::format("write {}", kWhat));
+}
+
+/// Parameters of a model of COLMAP: focal lengths (1 or 2), cx, cy, and those of the lens.
+struct ColmapModel {
+  const char* name;
+  std::size_t focal_lengths;
+  const char* lens;  // as for lens_of()
+  std::size_t coefficients;
+};
+
+constexpr std::array kColmapModels{
+    ColmapModel{"SIMPLE_PINHOLE", 1, "", 0},
+    ColmapModel{"PINHOLE", 2, "", 0},
+    ColmapModel{"SIMPLE_RADIAL", 1, "", 1},
+    ColmapModel{"RADIAL", 1, "", 2},
+    ColmapModel{"OPENCV", 2, "", 4},
+    ColmapModel{"FULL_OPENCV", 2, "", 8},
+    ColmapModel{"OPENCV_FISHEYE", 2, "fisheye", 4},
+};
+
+/// cameras.txt of COLMAP, with one camera: CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS. The center of
+/// its first pixel is (0.5, 0.5).
+FileCamera from_colmap(const std::vector<std::string>& words, const fs::path& file) {
+  const auto model =
+      std::find_if(kColmapModels.begin(), kColmapModels.end(),
+                   [&](const ColmapModel& each) { return each.name == words.at(1); });
+  if (model == kColmapModels.end())
+    throw Error(fmt::format("the camera model '{}' is not supported", printable(words[1])),
+                file.string(), "undistort the images with COLMAP and give their camera");
+  constexpr std::size_t kBefore = 4;  // words before the focal lengths
+  const std::size_t expected = kBefore + model->focal_lengths + 2 + model->coefficients;
+  if (words.size() != expected)
+    throw Error(fmt::format("expected one camera with {} values, found {}", expected, words.size()),
+                file.string(), "write the line of one camera: CAMERA_ID MODEL WIDTH HEIGHT ...");
+  const auto v = numbers_of(std::span(words).subspan(2), file, "numbers after the model");
+  FileCamera camera;
+  set_size(camera, v[0], v[1]);
+  const std::size_t center = 2 + model->focal_lengths;
+  set_intrinsics(camera, v[2], v[center - 1], v[center] - 0.5, v[center + 1] - 0.5);
+  std::vector<double> coefficients(v.begin() + static_cast<std::ptrdiff_t>(center) + 2, v.end());
+  if (!coefficients.empty()) {
+    coefficients.resize(std::max<std::size_t>(4, coefficients.size()), 0);
+    camera.lens = lens_of(model->lens, coefficients, file.string());
+  }
   camera.depth_factor = kMillimeters;
   return camera;
 }
@@ -409,8 +482,12 @@ FileCamera from_matrix_csv(const fs::path& file) {
 }  // namespace
 
 FileCamera read_camera_format(const fs::path& file) {
-  if (file.extension() == ".pincam") return from_pincam(file);
-  if (file.extension() == ".csv") return from_matrix_csv(file);
+  const auto words = words_of(file);
+  if (words.size() > 1 && number_of(words[0])) {
+    const bool has_model = std::isupper(static_cast<unsigned char>(words[1].front())) != 0;
+    return has_model ? from_colmap(words, file) : from_numbers(file);
+  }
+  if (file.extension() == ".csv" || file.extension() == ".pincam") return from_numbers(file);
   return camera_of(CameraValues(file));
 }
 

@@ -276,9 +276,58 @@ TEST_F(CameraFormats, OfPhonesAreRead) {
   expect_same(load("525.5, 0.0, 319.25\n0.0, 526.5, 239.75\n0.0, 0.0, 1.0\n", "camera_matrix.csv"));
   expect_same(load("640 480 525.5 526.5 319.25 239.75\n", "1_2.3.pincam"));
   EXPECT_THAT(error_of([&] { load("1,2\n3,4\n", "camera_matrix.csv"); }),
-              HasSubstr("expected 9 numbers, found 4"));
+              HasSubstr("expected 6, 9 or 16 numbers, found 4"));
   EXPECT_THAT(error_of([&] { load("640 480 wide", "1.pincam"); }),
               HasSubstr("expected a number, found 'wide'"));
+}
+
+TEST_F(CameraFormats, OfPlainMatricesAreRead) {
+  expect_same(load("525.5 0 319.25\n0 526.5 239.75\n0 0 1\n", "K.txt"));
+  expect_same(
+      load("525.5 0 319.25 0\n0 526.5 239.75 0\n0 0 1 0\n0 0 0 1\n", "intrinsic_color.txt"));
+  EXPECT_THAT(error_of([&] { load("525.5 0 0\n0 526.5 0\n319.25 239.75 1\n", "K.txt"); }),
+              HasSubstr("the camera matrix is transposed"));
+}
+
+TEST_F(CameraFormats, OfColmapAreReadWithTheirCenterOfPixels) {
+  const std::string header = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  expect_same(load(header + "1 PINHOLE 640 480 525.5 526.5 319.75 240.25\n", "cameras.txt"));
+  const Camera camera = load(
+      header + "1 OPENCV 640 480 525.5 526.5 319.75 240.25 0.1 -0.2 0.001 0.002\n", "cameras.txt");
+  expect_same(camera);
+  expect_distortion(camera, 0);
+  const Camera radial = load("1 SIMPLE_RADIAL 640 480 525.5 319.75 240.25 0.1\n", "cameras.txt");
+  EXPECT_EQ(radial.fy, 525.5);
+  EXPECT_EQ(radial.cx, 319.25);
+  EXPECT_EQ(radial.distortion(0), 0.1);
+  EXPECT_THAT(error_of([&] { load("1 FOV 640 480 525 525 320 240 1\n", "cameras.txt"); }),
+              HasSubstr("'FOV' is not supported"));
+  EXPECT_THAT(error_of([&] {
+                load("1 PINHOLE 640 480 5 5 3 2\n2 PINHOLE 640 480 5 5 3 2\n", "cameras.txt");
+              }),
+              HasSubstr("expected one camera with 8 values, found 16"));
+}
+
+TEST_F(CameraFormats, OfEurocAndMonoGsAreRead) {
+  const Camera euroc = load(R"(sensor_type: camera
+T_BS: {cols: 4, rows: 4, data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}
+rate_hz: 20
+resolution: [640, 480]
+camera_model: pinhole
+intrinsics: [525.5, 526.5, 319.25, 239.75]
+distortion_model: radial-tangential
+distortion_coefficients: [0.1, -0.2, 0.001, 0.002]
+)");
+  expect_same(euroc);
+  expect_distortion(euroc, 0);
+  EXPECT_EQ(euroc.fps, 20);
+  expect_same(load(R"(inherit_from: "configs/rgbd/tum/base_config.yaml"
+Dataset:
+  dataset_path: "datasets/desk"
+  Calibration: {fx: 525.5, fy: 526.5, cx: 319.25, cy: 239.75, width: 640, height: 480,
+                depth_scale: 5000.0, distorted: False}
+)"),
+              5000);
 }
 
 TEST_F(CameraFormats, WithoutTheSizeOfTheImagesAreRefusedWhereThereAreNone) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
@@ -35,6 +36,8 @@ constexpr std::size_t kLeastEdges = 2000, kLeastFrames = 10;
 constexpr float kBlind = 0.02F;
 /// Gain and offset [pixels] from which a fit contradicts the registration.
 constexpr double kLeastGain = 1.22;
+/// Gain below which a quadrant contradicts an offset: 0.95 and more in unregistered recordings.
+constexpr double kLeastQuadrantGain = 0.9;
 constexpr int kLeastOffset = 4;
 
 /// Ways in which depth images are found turned; the first is as they are.
@@ -141,6 +144,34 @@ std::optional<double> equal_step(const std::vector<bool>& seen) {
   return range / std::round(range / static_cast<double>(median));
 }
 
+void ByteOrderEvidence::add(const cv::Mat1f& raw) {
+  constexpr int kStride = 4;  // rows
+  const auto swapped = [](int value) { return (value & 0xFF) << 8 | value >> 8; };
+  for (int y = 0; y < raw.rows; y += kStride) {
+    const float* row = raw[y];
+    for (int x = 1; x < raw.cols; ++x) {
+      if (row[x - 1] <= 0 || row[x] <= 0 || row[x - 1] > kTooFar || row[x] > kTooFar) continue;
+      const int a = cvRound(row[x - 1]), b = cvRound(row[x]);
+      const bool of_eight_bits = (a & 0xFF) == 0 && (b & 0xFF) == 0;
+      if (a == b || of_eight_bits) continue;
+      ++steps_;
+      if (std::abs(swapped(a) - swapped(b)) < std::abs(a - b)) ++smaller_swapped_;
+    }
+  }
+}
+
+std::optional<Finding> ByteOrderEvidence::finding() const {
+  constexpr std::size_t kFewest = 5000;
+  constexpr double kMost = 0.6;  // share; 0.001 in right recordings, 0.99 in exchanged ones
+  if (steps_ < kFewest ||
+      static_cast<double>(smaller_swapped_) < kMost * static_cast<double>(steps_))
+    return std::nullopt;
+  return make_finding("depth-bytes",
+                      "the depth images are smoother if the bytes of their 16-bit numbers are "
+                      "exchanged",
+                      "write PNG with the high byte first, as PNG requires: image.byteswap()");
+}
+
 void RegistrationEvidence::Lag::add(const Recent& depth, const Recent& color) {
   if (std::abs(color.time - depth.time) > kLongestDelay) return;
   seconds += color.time - depth.time;
@@ -201,11 +232,14 @@ RegistrationFit RegistrationEvidence::fit() const {
   const auto consider = [&](int x, int y, int enlarged) {
     double gradients = 0;
     RegistrationFit fit;
+    fit.least_gain = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < smooth.size(); ++i) {
       const cv::Point outward(i % 2 == 0 ? -1 : 1, i < 2 ? -1 : 1);
       const cv::Point at(x + outward.x * enlarged, y + outward.y * enlarged * 3 / 4);
       if (std::max(std::abs(at.x), std::abs(at.y)) > kCenter) return;
-      gradients += smooth[i](kCenter + at.y, kCenter + at.x);
+      const double there = smooth[i](kCenter + at.y, kCenter + at.x);
+      gradients += there;
+      fit.least_gain = std::min(fit.least_gain, there / smooth[i](kCenter, kCenter));
       fit.offsets[i] = at * kStep;
     }
     fit.gain = gradients / as_they_are;
@@ -227,7 +261,8 @@ bool RegistrationEvidence::contradicts() const {
   for (const cv::Point offset : best.offsets)
     most = std::max({most, std::abs(offset.x), std::abs(offset.y)});
   // An offset at the limit of the search is no finding.
-  return best.gain >= kLeastGain && most >= kLeastOffset && most < kReach;
+  return best.gain >= kLeastGain && best.least_gain >= kLeastQuadrantGain && most >= kLeastOffset &&
+         most < kReach;
 }
 
 std::size_t RegistrationEvidence::edges() const {

@@ -30,10 +30,23 @@ std::optional<double> depth_factor_of_steps(const std::vector<bool>& seen,
 /// @param seen  as for depth_factor_of_steps()
 std::optional<double> equal_step(const std::vector<bool>& seen);
 
+/// Evidence of whether the bytes of 16-bit depths were exchanged: most steps between neighboring
+/// pixels are then smaller with the bytes exchanged back.
+class ByteOrderEvidence {
+ public:
+  /// @param raw  depths in raw units, 0 where unknown
+  void add(const cv::Mat1f& raw);
+  std::optional<Finding> finding() const;
+
+ private:
+  std::size_t steps_ = 0, smaller_swapped_ = 0;
+};
+
 /// Shift and enlargement at which the edges of the depth image meet the strongest color gradients.
 struct RegistrationFit {
   std::array<cv::Point, 4> offsets;  ///< of the four quadrants [pixels]
   double gain = 1;                   ///< Mean gradient there, relative to that without offsets.
+  double least_gain = 1;             ///< The least of the four quadrants.
 };
 
 /// Evidence of whether a depth image was registered to its color image, and shows the same moment:

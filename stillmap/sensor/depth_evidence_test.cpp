@@ -2,6 +2,7 @@
 #include "stillmap/sensor/depth_evidence.hpp"
 
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -34,6 +35,24 @@ TEST(DepthFactorOfSteps, IsUnknownForOtherCameras) {
   // Stereo with 1/32 pixel: a factor between the common ones.
   EXPECT_FALSE(depth_factor_of_steps(structured_light_levels(1000, 640 * 0.05 * 4), kinect()));
   EXPECT_FALSE(depth_factor_of_steps({}, kinect()));
+}
+
+TEST(ByteOrderEvidence, FindsExchangedBytesOnly) {
+  const auto found = [](const std::function<int(int)>& stored) {
+    ByteOrderEvidence evidence;
+    cv::Mat1f raw(240, 320);
+    for (int y = 0; y < raw.rows; ++y) {
+      for (int x = 0; x < raw.cols; ++x)
+        raw(y, x) = static_cast<float>(stored(1500 + 3 * x + y + (x * x + 7 * y) % 5));
+    }
+    evidence.add(raw);
+    return evidence.finding();
+  };
+  EXPECT_FALSE(found([](int z) { return z; }));
+  EXPECT_FALSE(found([](int z) { return z / 8 * 256; })) << "eight bits";
+  const auto finding = found([](int z) { return (z & 0xFF) << 8 | z >> 8; });
+  ASSERT_TRUE(finding);
+  EXPECT_EQ(finding->code, "depth-bytes");
 }
 
 TEST(EqualStep, IsThatOfAnImageOfEightBits) {

@@ -459,10 +459,11 @@ void check_depth(const Sample& sample, const Camera& camera, const DoctorOptions
   const auto& raw = sample.raw_depths;
   diagnosis.depth_share = static_cast<double>(raw.size()) / static_cast<double>(sample.pixels);
   if (raw.empty()) {
-    return diagnosis.add(
-        with_severity(Severity::kError,
-                      make_finding("no-depth", "the sampled depth images contain no depth",
-                                   "check that depth was recorded: every pixel is 0 or 65535")));
+    return diagnosis.add(with_severity(
+        Severity::kError,
+        make_finding("no-depth", "the sampled depth images contain no depth",
+                     "check that depth was recorded: every pixel is 0 or 65535, or of "
+                     "floats, which are in meters, beyond the range")));
   }
   const bool enough = diagnosis.depth_share >= options.least_share;
   const std::string share =

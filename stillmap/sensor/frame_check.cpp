@@ -183,6 +183,7 @@ void FrameCheck::examine(const RgbdFrame& frame) {
   cv::minMaxLoc(depth, &nearest, &farthest, nullptr, nullptr, depth > 0);
   if (farthest - nearest <= kFlat) ++flat_;
   if (frame.depth_interpolated) return;
+  byte_order_.add(depth * camera_.depth_factor);
   for (const float z : depth) {
     const double raw = z > 0 ? std::round(z * camera_.depth_factor) : 0;
     if (raw > 0 && raw < static_cast<double>(kLevels)) seen_[static_cast<std::size_t>(raw)] = true;
@@ -291,9 +292,9 @@ std::optional<Finding> FrameCheck::coarse_finding() const {
 std::vector<Finding> FrameCheck::findings() const {
   const auto frozen = frozen_finding();
   std::vector<Finding> findings;
-  for (const auto& found :
-       {depth_finding(), frozen, repeats_finding(), alternation_finding(), time_finding(),
-        frozen ? std::nullopt : registration_.finding(), steps_finding(), coarse_finding()}) {
+  for (const auto& found : {depth_finding(), frozen, repeats_finding(), alternation_finding(),
+                            time_finding(), frozen ? std::nullopt : registration_.finding(),
+                            byte_order_.finding(), steps_finding(), coarse_finding()}) {
     if (found) findings.push_back(*found);
   }
   return findings;

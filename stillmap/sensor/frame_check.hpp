@@ -79,6 +79,7 @@ class FrameCheck {
   std::vector<double> intervals_;  // [s]
   double last_ = 0;                // time of the last frame [s]
   std::vector<bool> seen_;         // by raw depth
+  ByteOrderEvidence byte_order_;
   RegistrationEvidence registration_;
   Gap gap_, longest_;
   Gap frozen_, longest_frozen_;    // frames in a row whose depth repeats, unlike their color

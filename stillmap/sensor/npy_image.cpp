@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <regex>
 #include <string>
@@ -17,19 +18,21 @@ constexpr std::array<unsigned char, 6> kMagic{0x93, 'N', 'U', 'M', 'P', 'Y'};
 constexpr std::size_t kPreamble =
     12;  // Magic, version and length of the header, version 2 [bytes].
 
-/// A little-endian, row-major array.
+/// An array of an image.
 struct NpyArray {
-  std::string type;  // "u2", "f4", "f8" or another
+  char kind = 'u';        // of numbers: u and i whole ones, f floating point, or another
+  std::size_t width = 2;  // of a number [bytes]
+  bool big_endian = false;
+  bool by_columns = false;  // Fortran's order
   cv::Size size;
   std::size_t begin = 0;  // offset of the numbers in the file
 
-  std::size_t bytes() const {
-    const auto width = static_cast<std::size_t>(size.width);
-    return width * static_cast<std::size_t>(size.height) * static_cast<std::size_t>(type[1] - '0');
+  std::size_t count() const {
+    return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
   }
 };
 
-/// Returns the array that the header declares; none if it is not two-dimensional and row-major.
+/// Returns the array that the header declares; none if it is not two-dimensional.
 std::optional<NpyArray> declared_array(View file) {
   if (file.size() < kPreamble) return std::nullopt;
   const bool long_length = file[6] > 1;
@@ -40,14 +43,47 @@ std::optional<NpyArray> declared_array(View file) {
   if (length > kLongest || length > file.size() - at) return std::nullopt;
   const std::string header(file.begin() + static_cast<std::ptrdiff_t>(at),
                            file.begin() + static_cast<std::ptrdiff_t>(at + length));
-  static const std::regex kType("'descr': *'[<|]([a-z][1-8])'"),
-      kShape(R"('shape': *\( *(\d{1,6}), *(\d{1,6})(?:, *1)?,? *\))");
+  static const std::regex kType("'descr': *'([<>|=])([a-z])([1248])'"),
+      kShape(R"('shape': *\((?: *1,)? *(\d{1,6}), *(\d{1,6})(?:, *1)?,? *\))");
   std::smatch type, shape;
-  if (header.find("'fortran_order': False") == std::string::npos ||
-      !std::regex_search(header, type, kType) || !std::regex_search(header, shape, kShape))
+  if (!std::regex_search(header, type, kType) || !std::regex_search(header, shape, kShape))
     return std::nullopt;
-  return NpyArray{
-      type[1].str(), {std::stoi(shape[2].str()), std::stoi(shape[1].str())}, at + length};
+  return NpyArray{.kind = type[2].str()[0],
+                  .width = std::stoul(type[3].str()),
+                  .big_endian = type[1] == ">",
+                  .by_columns = header.find("'fortran_order': True") != std::string::npos,
+                  .size = {std::stoi(shape[2].str()), std::stoi(shape[1].str())},
+                  .begin = at + length};
+}
+
+/// Copies numbers into an image, with the first byte the lowest one.
+template <typename T>
+cv::Mat numbers_of(View bytes, const NpyArray& array, int type) {
+  cv::Mat image(array.by_columns ? cv::Size(array.size.height, array.size.width) : array.size,
+                type);
+  std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(array.begin), array.count() * sizeof(T),
+              image.data);
+  if (array.big_endian) {
+    for (std::size_t i = 0; i < array.count(); ++i)
+      std::reverse(image.data + i * sizeof(T), image.data + (i + 1) * sizeof(T));
+  }
+  return array.by_columns ? cv::Mat(image.t()) : image;
+}
+
+/// Returns the type of OpenCV for the numbers; none for those that no depth image has.
+std::optional<int> opencv_type(const NpyArray& array) {
+  const bool is_float = array.kind == 'f', is_signed = array.kind == 'i';
+  if (!is_float && !is_signed && array.kind != 'u') return std::nullopt;
+  switch (array.width) {
+    case 2:
+      return is_float ? CV_16FC1 : is_signed ? CV_16SC1 : CV_16UC1;
+    case 4:
+      return is_float ? CV_32FC1 : CV_32SC1;  // whole numbers up to 2^31 - 1
+    case 8:
+      return is_float ? std::optional(CV_64FC1) : std::nullopt;
+    default:
+      return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -58,27 +94,39 @@ bool is_npy(View bytes) {
 
 HeaderRead npy_header(View bytes) {
   const auto array = declared_array(bytes);
-  if (!array) return {{}, "is no array of height x width numbers, row-major and little-endian"};
+  if (!array) return {{}, "is no array of height x width numbers"};
   if (array->size.empty()) return {{}, "is damaged: its header says 0 pixels"};
-  if (array->bytes() > bytes.size() - array->begin) return {{}, "is truncated: its end is missing"};
-  ImageHeader header{array->size, 8 * (array->type[1] - '0'), 1};
-  if (array->type[0] == 'f') {
-    header.samples = Samples::kFloat;
-    if (header.bits == 64) header.bits = 32;
-  } else if (array->type[0] != 'u') {
+  if (array->count() * array->width > bytes.size() - array->begin)
+    return {{}, "is truncated: its end is missing"};
+  ImageHeader header{array->size, 8 * static_cast<int>(array->width), 1};
+  if (!opencv_type(*array)) {
     header.samples = Samples::kOther;
+  } else if (array->kind == 'f') {
+    header.samples = Samples::kFloat;
+    header.bits = 32;
+  } else {
+    header.bits = 16;
   }
   return {header, ""};
 }
 
 cv::Mat decode_npy(View bytes) {
   const NpyArray array = declared_array(bytes).value();
-  int type = CV_16UC1;
-  if (array.type == "f4") type = CV_32FC1;
-  if (array.type == "f8") type = CV_64FC1;
-  cv::Mat image(array.size, type);
-  std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(array.begin), array.bytes(), image.data);
-  if (type == CV_64FC1) image.convertTo(image, CV_32F);
+  const int type = opencv_type(array).value();
+  cv::Mat image;
+  switch (array.width) {
+    case 2:
+      image = numbers_of<std::uint16_t>(bytes, array, type);
+      break;
+    case 4:
+      image = numbers_of<std::uint32_t>(bytes, array, type);
+      break;
+    default:
+      image = numbers_of<std::uint64_t>(bytes, array, type);
+      break;
+  }
+  // Whole numbers outside 0 to 65535 become the nearest of these.
+  image.convertTo(image, array.kind == 'f' ? CV_32F : CV_16U);
   return image;
 }
 

@@ -191,6 +191,23 @@ TEST(RecordingSource, AShortLoopIsRecognizedToo) {
               ::testing::Contains(HasSubstr("longest stretch is used, 20 of 74 images")));
 }
 
+TEST(RecordingSource, MessagesInAnyOrderAreSortedByTheirStamps) {
+  const auto ordered = messages(12);
+  std::vector<TestMessage> all;
+  for (const int frame : {7, 2, 11, 0, 5, 9, 3, 10, 1, 8, 4, 6})
+    all.insert(all.end(), ordered.begin() + 3 * frame, ordered.begin() + 3 * (frame + 1));
+  std::int64_t time = 0;
+  for (TestMessage& message : all) message.time = ++time;
+  const TestFolder folder;
+  RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, "");
+  const auto frames = all_frames(source);
+  ASSERT_THAT(frames, SizeIs(12));
+  EXPECT_NEAR(frames[11]->timestamp - frames[0]->timestamp, 11 / 30.0, 1e-6);
+  EXPECT_THAT(source.skipped(), SizeIs(0));
+  EXPECT_EQ(source.camera().fps, 30);
+  EXPECT_THAT(source.notes(), ::testing::Contains(HasSubstr("sorted by them")));
+}
+
 TEST(RecordingSource, AGivenCameraMayLackTheSizeOfTheImages) {
   const TestFolder folder;
   SourceOptions options;
