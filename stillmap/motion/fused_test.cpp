@@ -196,6 +196,24 @@ TEST(Fused, ExcludesPeopleUntilTheyAreMeasuredToSitStill) {
   EXPECT_EQ(excluded(*later).inside, 0);
 }
 
+TEST(EvidenceOfClasses, ExcludesPeopleAndForgetsMeasurementsOfItsOwnOnly) {
+  FrameSequence frames;
+  frames.after(20, false);
+  const FramePtr object = frames.after(3, true);
+  const double measured = cv::norm(object->evidence.surface_measured),
+               surfaces = cv::norm(object->evidence.surface_log_odds);
+  Frame relabeled = *object;
+  relabeled.evidence = evidence_of_classes(*object);
+  EXPECT_EQ(excluded(relabeled).inside, 0) << "it is of no moving class";
+  EXPECT_EQ(cv::norm(object->evidence.surface_measured), measured);
+  EXPECT_EQ(cv::norm(object->evidence.surface_log_odds), surfaces);
+  FrameSequence others;
+  relabeled = *others.next(true, {person()});
+  relabeled.evidence = evidence_of_classes(relabeled);
+  EXPECT_EQ(excluded(relabeled).inside, kInside);
+  EXPECT_EQ(excluded(relabeled).outside, 0);
+}
+
 TEST(Fused, IsTheSameForLateMasks) {
   FrameSequence at_once, late;
   late.let_masks_come_late();

@@ -100,8 +100,10 @@ MotionEvidence evidence_of_classes(const Frame& frame) {
   MotionEvidence evidence = frame.evidence;
   evidence.static_log_odds.assign(frame.features->size(), 0);
   evidence.moving_pixels = cv::Mat();
+  evidence.surface_log_odds = cv::Mat1f();
   if (!evidence.surface_measured.empty()) {
-    evidence.surface_measured = cv::Mat1f::zeros(evidence.surface_measured.size());
+    // A matrix of its own: zeros() would be written into that of the frame.
+    evidence.surface_measured = cv::Mat1f(evidence.surface_measured.size(), 0.0F);
     MotionInput input;
     input.image = frame.image;
     input.features = frame.features;

@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/lost_frames.hpp"
 
 #include "stillmap/base/trace.hpp"
+#include "stillmap/motion/motion_estimator.hpp"
 #include "stillmap/track/local_map_tracking.hpp"
 #include "stillmap/track/moving_majority.hpp"
 #include "stillmap/track/reference_keyframe_tracking.hpp"
@@ -117,9 +118,9 @@ void LostFrames::add(const TrackedFrame& tracked) {
   auto frame = std::make_shared<Frame>();
   frame->image = std::move(image);
   frame->features = tracked.frame->features;
-  frame->evidence.weight = tracked.frame->evidence.weight;
-  // Labels that were derived from the poses of a wrong map are wrong, too.
-  if (tracked.has_pose()) frame->evidence.weight.assign(frame->features->size(), 1);
+  // Measurements that were derived from the poses of a wrong map are wrong, too.
+  frame->evidence.weight = tracked.has_pose() ? evidence_of_classes(*tracked.frame).weight
+                                              : tracked.frame->evidence.weight;
   frames_.push_back(std::move(frame));
   if (frames_.size() > kMaxFrames) frames_.pop_front();
 }
