@@ -509,6 +509,18 @@ class CommandLine(unittest.TestCase):
             self.succeeded(stillmap("run", sequence, "--preset", "static", "--set", "dense.enabled=false", "--out", out))
         self.assertEqual((before / "trajectory.txt").read_bytes(), (after / "trajectory.txt").read_bytes())
 
+    def test_record_keeps_the_samples_of_the_imu(self):
+        sequence, kept = self.folder / "with_imu", self.folder / "kept_imu"
+        self.succeeded(stillmap("simulate", "--people", 0, "--frames", 10, "--width", 320, "--height", 240, "--imu", "d435i", "--out", sequence))
+        self.succeeded(stillmap("record", sequence, kept))
+
+        def samples(file):
+            return [line for line in file.read_text().splitlines() if not line.startswith("#")]
+        recorded, original = samples(kept / "imu.csv"), samples(sequence / "imu0" / "data.csv")
+        self.assertGreater(len(recorded), 60)
+        self.assertIn(recorded[0], original)
+        self.assertIn("imu: d435i", (kept / "camera.yaml").read_text())
+
     def test_ignored_pixels_stay_ignored_in_a_recorded_folder(self):
         ignore, kept, before, after = (self.folder / name for name in ("gripper.png", "kept_ignore", "ignore_before", "ignore_after"))
         self.refused(stillmap("run", self.sequence, "--ignore", ignore), 1, "gripper.png", "is missing", "white where the images show the robot")

@@ -6,6 +6,7 @@
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/imu_file.hpp"
 #include "stillmap/sensor/make_source.hpp"
 
 #include <cmath>
@@ -59,7 +60,8 @@ class FolderWriter {
         throw Error("cannot be created (" + failed.message() + ")", folder.string(),
                     "name a writable folder");
     }
-    write_camera(folder / "camera.yaml", camera);
+    if (camera_.imu) camera_.imu->time_offset = 0;  // frames have samples by their own clock
+    write_camera(folder / "camera.yaml", camera_);
     color_list_.open(folder / "rgb.txt");
     depth_list_.open(folder / "depth.txt");
   }
@@ -68,11 +70,19 @@ class FolderWriter {
 
   void add(const RgbdFrame& frame) {
     if (!frame.ignored.empty() && camera_.ignore.empty()) keep_ignored(frame.ignored);
+    for (const ImuSample& sample : frame.imu)
+      if (samples_.empty() || sample.timestamp > samples_.back().timestamp)
+        samples_.push_back(sample);
     write(frame.color, "rgb", frame.timestamp, color_list_);
     if (cv::countNonZero(frame.depth) == 0) return;
     cv::Mat raw;
     frame.depth.convertTo(raw, CV_16UC1, camera_.depth_factor);
     write(raw, "depth", frame.timestamp + frame.depth_delay, depth_list_);
+  }
+
+  /// Writes the samples of the IMU, if the frames have any. Called after the last frame.
+  void finish() const {
+    if (!samples_.empty()) write_imu(folder_ / "imu.csv", samples_);
   }
 
  private:
@@ -93,6 +103,7 @@ class FolderWriter {
   fs::path folder_;
   Camera camera_;
   std::ofstream color_list_, depth_list_;
+  std::vector<ImuSample> samples_;
 };
 
 /// Tells what a folder keeps of its source, which cannot be restored from it.
@@ -131,6 +142,7 @@ int record(const RecordArguments& arguments) {
   FolderWriter writer(arguments.out, written_camera(source->camera()));
   FrameCheck check(source->camera());
   const std::size_t frames = add_frames(*source, writer, check);
+  writer.finish();
   print_out("{}: {}, {} skipped\n{}", arguments.out, counted(frames, "frame"),
             source->skipped().size(), kept_text(writer.camera()));
   std::vector<Finding> findings = check.findings();

@@ -227,6 +227,13 @@ class Slam {
   /// Tracks a frame made of OpenCV images; the arguments are those of make_frame().
   PoseUpdate push(const cv::Mat& color, const cv::Mat& depth, double timestamp);
 
+  /// Adds a sample of the camera's IMU (Camera::imu). The samples of the time since the frame
+  /// before support the pose of a frame; those that come after it do not. A frame of a FrameSource
+  /// with samples of its own uses those.
+  /// @param sample  with the time stamp of the IMU: Imu::time_offset is taken off
+  /// Throws Error if the camera has no IMU, and for numbers that are not finite.
+  void push_imu(const ImuSample& sample);
+
   /// Sets what the frames pushed from now on do to the map. Throws Error after finish().
   void set_mode(Mode mode);
 

@@ -106,6 +106,13 @@ class PythonSlam {
     const std::scoped_lock lock(mutex_);
     slam_.keep_journal(file);
   }
+  void push_imu(double stamp, const std::array<double, 3>& angular_velocity,
+                const std::array<double, 3>& acceleration) {
+    const std::scoped_lock lock(mutex_);
+    slam_.push_imu({.timestamp = stamp,
+                    .angular_velocity = Eigen::Vector3d(angular_velocity.data()),
+                    .acceleration = Eigen::Vector3d(acceleration.data())});
+  }
   void set_mode(Mode mode) {
     const std::scoped_lock lock(mutex_);
     slam_.set_mode(mode);
@@ -318,6 +325,11 @@ void bind_slam(py::module_& module) {
            "released; the arrays must not be changed until push() returns, and are not used "
            "afterwards.")
       .def("push", &refuse_push, "Any other call raises stillmap.Error, which names the argument.")
+      .def("push_imu", &PythonSlam::push_imu, py::arg("stamp"), py::arg("angular_velocity"),
+           py::arg("linear_acceleration"), WithoutGil(),
+           "Adds a sample of the camera's IMU (Camera.imu), before the frames that are taken after "
+           "it. stamp [s]; angular_velocity: x y z [rad/s]; linear_acceleration: x y z with "
+           "gravity [m/s^2].")
       .def("snapshot", &snapshot_of, "State of the system (Snapshot), at any time.")
       .def_property_readonly("trajectory", &newest<kTrajectory>,
                              "Trajectory of the results, or of a snapshot before finish().")

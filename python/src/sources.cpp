@@ -2,6 +2,7 @@
 #include "sources.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/geometry/rigid_motion.hpp"
 #include "stillmap/sensor/make_source.hpp"
 
 #include <mutex>
@@ -157,6 +158,22 @@ std::string description(const Camera& c) {
          std::to_string(c.height) + ")";
 }
 
+Imu make_imu(const std::string& name,
+             const std::optional<std::array<std::array<double, 4>, 4>>& T_camera_imu,
+             double time_offset) {
+  Imu imu = find_imu(name);
+  imu.time_offset = time_offset;
+  if (!T_camera_imu) return imu;
+  std::array<double, 16> numbers{};
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = (*T_camera_imu)[i / 4][i % 4];
+  const auto T = rigid_motion(numbers);
+  if (!T)
+    throw Error("T_camera_imu is no rigid motion", "Imu",
+                "give a rotation and a translation [m] as a 4 x 4 matrix");
+  imu.T_camera_imu = *T;
+  return imu;
+}
+
 Signature camera_signature() {
   const std::string pixels = "a number [pixels]";
   const std::string rectify =
@@ -209,6 +226,18 @@ Signature source_signature() {
 
 void bind_camera(py::module_& module) {
   const Camera defaults;
+  py::class_<Imu>(module, "Imu", "The inertial measurement unit of a camera: see docs/cameras.md.")
+      .def(py::init(&make_imu), py::arg("name") = Imu().name, py::kw_only(),
+           py::arg("T_camera_imu") = py::none(), py::arg("time_offset") = 0.0,
+           "name: d435i, d455, oak_d, azure_kinect, or other for the noise of a consumer sensor; "
+           "T_camera_imu: pose of the unit in the frame of the camera, 4 x 4, by default its axes "
+           "are the optical ones; time_offset: stamp of a sample minus that of an image of the "
+           "same moment [s].")
+      .def_readonly("name", &Imu::name)
+      .def_readwrite("time_offset", &Imu::time_offset, "[s]")
+      .def_readwrite("gyro_noise", &Imu::gyro_noise, "[rad/s/sqrt(Hz)]")
+      .def_readwrite("gyro_walk", &Imu::gyro_walk, "[rad/s^2/sqrt(Hz)]")
+      .def_readwrite("gyro_bias", &Imu::gyro_bias, "Standard deviation at the start [rad/s].");
   py::class_<Camera>(module, "Camera",
                      "A pinhole camera: intrinsics [pixels] and distortion of the recorded images. "
                      "Pixel (0, 0) is the center of the upper left pixel; x right, y down, z "
@@ -249,6 +278,7 @@ void bind_camera(py::module_& module) {
       .def_readwrite("ignore", &Camera::ignore,
                      "Mask image of the size of the images: pixels that are not black in it, such "
                      "as those of the robot itself, are ignored; empty: all pixels are used.")
+      .def_readwrite("imu", &Camera::imu, "Imu of the camera, or None.")
       .def_property_readonly("matrix", &intrinsic_matrix, "Intrinsic matrix, 3x3 float64 [pixels].")
       .def("__repr__", &description);
 }

@@ -17,7 +17,7 @@ import sys as _sys
 if _sys.prefix != _sys.base_prefix:
     _os.environ.setdefault("VIRTUAL_ENV", _sys.prefix)
 
-from ._native import (AteResult, Camera, Cloud, Error, Finding, Frame, MapEvent, Mover, MoverTrack, Options, PoseUpdate,
+from ._native import (AteResult, Camera, Cloud, Error, Finding, Frame, Imu, MapEvent, Mover, MoverTrack, Options, PoseUpdate,
                       Results, RpeResult, Slam, Snapshot, Source, Statistics, __version__, ate, presets, read_ply,
                       read_trajectory, rpe, source, write_trajectory)
 from .trajectory import Trajectory

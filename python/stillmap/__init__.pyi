@@ -26,6 +26,17 @@ class Options:
 
 def presets() -> dict[str, str]: ...
 
+class Imu:
+    time_offset: float
+    gyro_noise: float
+    gyro_walk: float
+    gyro_bias: float
+    def __init__(self, name: str = "other", *,
+                 T_camera_imu: Sequence[Sequence[float]] | NDArray[np.float64] | None = None,
+                 time_offset: float = 0) -> None: ...
+    @property
+    def name(self) -> str: ...
+
 class Camera:
     name: str
     width: int
@@ -38,6 +49,7 @@ class Camera:
     fps: float
     baseline: float
     ignore: str
+    imu: Imu | None
     def __init__(self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, *,
                  depth_factor: float, distortion: Sequence[float] | NDArray[np.float64] = (0, 0, 0, 0, 0),
                  fps: float = 30, sensor: str = "kinect_v1", baseline: float | None = None,
@@ -205,6 +217,8 @@ class Slam:
     @overload
     def push(self, rgb: NDArray[np.uint8], depth: NDArray[np.uint16] | NDArray[np.float32] | None,
              stamp: float, mask: _Mask | None = None) -> PoseUpdate: ...
+    def push_imu(self, stamp: float, angular_velocity: Sequence[float] | NDArray[np.float64],
+                 linear_acceleration: Sequence[float] | NDArray[np.float64]) -> None: ...
     def set_mode(self, mode: Literal["map", "localize"]) -> None: ...
     def snapshot(self) -> Snapshot: ...
     def finish(self) -> Results: ...

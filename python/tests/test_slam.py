@@ -178,6 +178,32 @@ def test_the_motions_between_frames_are_the_odometry(frames, slam):
     np.testing.assert_allclose(pose, updates[-1].T_world_camera, atol=0.02)
 
 
+def test_a_gyroscope_is_pushed_with_the_frames(frames, camera):
+    def positions(imu):
+        slam = stillmap.Slam(camera_with(imu))
+        for frame in frames[:10]:
+            if imu is not None:
+                for i in range(7):
+                    slam.push_imu(frame.stamp - 0.03 + 0.005 * i, [0.0, 0.0, 0.0], np.array([0, -9.81, 0]))
+            slam.push(frame.rgb, frame.depth, frame.stamp)
+        return slam.finish().trajectory.array()
+
+    def camera_with(imu):
+        copy = stillmap.Camera(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                               depth_factor=camera.depth_factor)
+        copy.imu = imu
+        return copy
+
+    with_imu = positions(stillmap.Imu("d435i", T_camera_imu=np.eye(4)))
+    assert not np.array_equal(with_imu, positions(None))  # it says that the camera does not turn
+    with pytest.raises(stillmap.Error, match="has no IMU"):
+        stillmap.Slam(camera_with(None)).push_imu(1, [0, 0, 0], [0, 0, 0])
+    with pytest.raises(stillmap.Error, match="is no rigid motion"):
+        stillmap.Imu(T_camera_imu=2 * np.eye(4))
+    with pytest.raises(stillmap.Error, match="d435i"):
+        stillmap.Imu("d435")
+
+
 def test_nothing_is_pushed_after_the_end(frames, slam):
     slam.finish()
     with pytest.raises(stillmap.Error) as caught:

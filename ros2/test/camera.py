@@ -2,7 +2,7 @@
 """A camera in a process of its own: publishes a recording on color, depth and camera_info.
 
   camera.py RECORDING [--rate HZ] [--first N] [--count N] [--now] [--clock] [--best-effort] [--compressed]
-            [--late S] [--half] [--frame NAME] [--back S] [--repeat N]
+            [--late S] [--half] [--frame NAME] [--back S] [--repeat N] [--imu]
 """
 import argparse
 import array
@@ -14,7 +14,7 @@ import rclpy
 from builtin_interfaces.msg import Time
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
 
 import stillmap
 
@@ -35,6 +35,7 @@ def parse():
     parser.add_argument("--late", type=float, default=0, help="time by which depth images are later [s]")
     parser.add_argument("--half", action="store_true", help="images of half the size, with the whole camera_info")
     parser.add_argument("--back", type=float, default=0, help="time subtracted from the stamps [s]")
+    parser.add_argument("--imu", action="store_true", help="publish the samples of imu0/data.csv, too")
     parser.add_argument("--frame", default="camera_color_optical_frame")
     return parser.parse_args()
 
@@ -65,6 +66,7 @@ class Camera:
         self.color = self.node.create_publisher(kind, color, qos)
         self.depth = self.node.create_publisher(kind, depth, qos)
         self.info = self.node.create_publisher(CameraInfo, "camera_info", qos)
+        self.imu = self.node.create_publisher(Imu, "imu", 400)
         self.clock = self.node.create_publisher(Clock, "/clock", 10)
 
     def wait(self):
@@ -92,10 +94,20 @@ class Camera:
                     compressed(millimeters, "16UC1; compressedDepth png", info.header, prefix=bytes(12)))
         return info, image(bgr, "bgr8", info.header), image(depth, "32FC1", info.header)
 
+    def publish_sample(self, sample):
+        message = Imu()
+        message.header.frame_id = self.arguments.frame
+        message.header.stamp = Time(sec=int(sample[0] // 10**9), nanosec=int(sample[0] % 10**9))
+        for vector, numbers in ((message.angular_velocity, sample[1:4]), (message.linear_acceleration, sample[4:7])):
+            vector.x, vector.y, vector.z = map(float, numbers)
+        self.imu.publish(message)
+
     def play(self):
         frames = list(self.source)
         order = [frame for turn in range(self.arguments.repeat) for frame in (frames, frames[::-1])[turn % 2]]
         begin, waiting = time.monotonic(), []
+        samples = np.loadtxt(f"{self.arguments.recording}/imu0/data.csv", delimiter=",") if self.arguments.imu else []
+        samples = list(samples)
         for i, frame in enumerate(order):
             if self.arguments.rate:
                 time.sleep(max(0, begin + i / self.arguments.rate - time.monotonic()))
@@ -104,6 +116,8 @@ class Camera:
             stamp = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
             if self.arguments.clock:
                 self.clock.publish(Clock(clock=stamp))
+            while samples and samples[0][0] <= nanoseconds:
+                self.publish_sample(samples.pop(0))
             info, color, depth = self.messages(frame, stamp)
             self.info.publish(info)
             self.color.publish(color)

@@ -114,6 +114,23 @@ def test_realtime_drops_no_more_than_it_says(processes, robot, recording):
     print(f"delay from stamp to pose: median {1000 * np.median(delays):.0f} ms, p95 {1000 * np.quantile(delays, 0.95):.0f} ms")
 
 
+def test_a_gyroscope_is_used_and_told_if_it_is_wrong(processes, robot, tmp_path):
+    folder = tmp_path / "sequence"
+    command("simulate", "--people", 0, "--frames", FRAMES, "--width", 320, "--height", 240, "--camera", "rpy", "--imu", "d435i",
+            "--out", folder)
+    node = play(processes, robot, folder, "--imu", imu=True, results=tmp_path / "right")
+    assert int(robot.values()[0]["IMU samples"]) > 5 * FRAMES
+    assert robot.values()[0]["findings"] == ""
+    stop(node)
+    data = np.loadtxt(folder / "imu0" / "data.csv", delimiter=",")
+    data[:, 1:4] *= -1
+    np.savetxt(folder / "imu0" / "data.csv", data, delimiter=",", fmt=["%d"] + ["%.9f"] * 6)
+    robot.got.clear()
+    node = play(processes, robot, folder, "--imu", imu=True, results=tmp_path / "wrong")
+    stop(node)
+    assert "gyroscope-unlike" in (tmp_path / "wrong" / "summary.json").read_text()
+
+
 def test_compressed_topics_and_late_depth(processes, robot, recording):
     node = processes.node(color_transport="compressed", depth_transport="compressed", schedule="lockstep")
     processes.camera(recording, "--compressed", "--late", 0.2, "--rate", 20)

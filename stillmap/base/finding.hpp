@@ -104,7 +104,7 @@ inline constexpr std::array kFindingKinds = {
     FindingKind{"sparse-depth", Severity::kWarning, "few pixels or images have depth"},
     FindingKind{"frozen-images", Severity::kUntrusted,
                 "a long series of color images repeats the one before"},
-    FindingKind{"repeated-images", Severity::kUntrusted, "many color images are listed twice"},
+    FindingKind{"repeated-images", Severity::kWarning, "many color images are listed twice"},
     FindingKind{"alternating-cameras", Severity::kUntrusted, "frames are of two cameras in turn"},
     FindingKind{"image-order", Severity::kUntrusted,
                 "frames are not in the order of the numbers of their images"},

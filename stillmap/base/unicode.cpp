@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/base/unicode.hpp"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace stillmap {
@@ -53,10 +54,17 @@ std::string from_utf16(std::string_view text, bool big_endian) {
 }  // namespace
 
 std::string as_utf8(std::string_view text) {
-  if (text.starts_with("\xFF\xFE")) return from_utf16(text.substr(2), /*big_endian=*/false);
-  if (text.starts_with("\xFE\xFF")) return from_utf16(text.substr(2), /*big_endian=*/true);
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  return std::string(text);
+  std::string result;
+  if (text.starts_with("\xFF\xFE")) {
+    result = from_utf16(text.substr(2), /*big_endian=*/false);
+  } else if (text.starts_with("\xFE\xFF")) {
+    result = from_utf16(text.substr(2), /*big_endian=*/true);
+  } else {
+    result = text.substr(text.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+  }
+  if (result.find('\n') == std::string::npos)
+    std::replace(result.begin(), result.end(), '\r', '\n');
+  return result;
 }
 
 }  // namespace stillmap

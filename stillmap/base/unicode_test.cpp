@@ -14,6 +14,11 @@ TEST(AsUtf8, ByteOrderMarksAreRemoved) {
   EXPECT_EQ(as_utf8(""), "");
 }
 
+TEST(AsUtf8, LinesThatEndWithCarriageReturnsAloneAreLines) {
+  EXPECT_EQ(as_utf8("a\rb\r"), "a\nb\n");
+  EXPECT_EQ(as_utf8("a\r\nb\r\n"), "a\r\nb\r\n");
+}
+
 TEST(AsUtf8, Utf16OfBothByteOrdersIsConverted) {
   const std::string expected = "1 \xC3\xA9\xE2\x82\xAC\xF0\x9F\x98\x80";  // one to four bytes
   EXPECT_EQ(as_utf8("\xFF\xFE"

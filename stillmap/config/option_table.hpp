@@ -209,10 +209,12 @@ void visit_tracking_options(Group& tracking, const Visitor& visit) {
        "missed), consistency (poses that contradict the motion of the camera give no keyframe), "
        "sharp-keyframes (blurred frames give no keyframe), three-views (a frame is compared with "
        "the landmarks of the reference keyframe that three keyframes observe, not two), "
-       "far-landmarks (landmarks are created from depths up to twice as far) and odometry "
-       "(tracking continues by visual odometry outside a map that is not extended).",
+       "far-landmarks (landmarks are created from depths up to twice as far), odometry (tracking "
+       "continues by visual odometry outside a map that is not extended) and gyroscope (rotations "
+       "by the gyroscope of the camera's IMU support poses, if it has one).",
        {"subpixel", "foreground-depth", "sensor-noise", "previous-frame-points", "exposure",
-        "occlusion", "consistency", "sharp-keyframes", "three-views", "far-landmarks", "odometry"}},
+        "occlusion", "consistency", "sharp-keyframes", "three-views", "far-landmarks", "odometry",
+        "gyroscope"}},
       tracking.extensions);
   visit({"tracking.new_map_after",
          "frames",

@@ -385,8 +385,14 @@ std::optional<Finding> finding_of_motions(const std::vector<Motion>& motions, co
 
 /// Returns the finding that the times of a file were rounded; none if they were not.
 std::optional<Finding> finding_of_times(const Trajectory& trajectory, const std::string& file) {
-  constexpr double kMost = 0.1;  // share of the poses
-  const std::size_t repeated = trajectory.size() - one_pose_per_stamp(trajectory).size();
+  constexpr double kMost = 0.1;       // share of the poses
+  constexpr double kSamePose = 1e-9;  // [m], [rad]
+  std::size_t repeated = 0;           // poses that differ
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    const StampedPose &before = trajectory[i - 1], &pose = trajectory[i];
+    const Pose T_before_pose = before.T_world_camera.inverse() * pose.T_world_camera;
+    repeated += pose.timestamp == before.timestamp && T_before_pose.log().norm() > kSamePose;
+  }
   if (static_cast<double>(repeated) <= kMost * static_cast<double>(trajectory.size()))
     return std::nullopt;
   return make_finding(

@@ -237,6 +237,9 @@ TEST(TruthFindings, NameRoundedTimes) {
   EXPECT_THAT(
       texts(truth, rounded, kNames),
       testing::Contains(HasSubstr("of 120 poses of estimate.txt have the time of another")));
+  Trajectory twice;
+  for (const StampedPose& pose : truth) twice.insert(twice.end(), 2, pose);
+  EXPECT_THAT(texts(truth, twice, kNames), IsEmpty()) << "lines that are there twice";
 }
 
 TEST(TruthFindings, NameMillimetersInBothFiles) {

@@ -209,6 +209,10 @@ TEST_F(TrajectoryFile, OtherFormatsAreReadAsWhatTheyAreOrRefused) {
   expect_pose("EuRoC without velocities");
   write("1403636579758555392.000000 1 2 3 0.6 0 0 0.8\n");
   expect_pose("EuRoC as ORB-SLAM3 writes it");
+  write("1403636579758555392,1,2,3,0.8,0.6,0,0,0.1,0.2,0.3,\n");
+  expect_pose("VINS-Fusion");
+  write("#timestamp x y z qx qy qz qw id\n1403636579.758555392 1 2 3 0.6 0 0 0.8 7\n");
+  expect_pose("RTAB-Map with the ids of nodes");
   write("1 0 0 5 0 1 0 6 0 0 1 7\n");
   EXPECT_NE(error().find("KITTI"), std::string::npos) << error();
   write("1 0 0 0 0 0 0 1 9\n");

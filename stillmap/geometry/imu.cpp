@@ -21,13 +21,14 @@ Imu of_data_sheet(const char* name, double gyro_noise, double accel_noise) {
   return imu;
 }
 
-/// The units of these cameras are aligned with the optical axes by their drivers.
+/// A unit whose data sheet is not known, and those of cameras, which are aligned with the optical
+/// axes by their drivers.
 const std::vector<Imu>& units() {
   static const std::vector<Imu> all{
-      of_data_sheet("d435i", 0.014, 150),        // Bosch BMI055
-      of_data_sheet("d455", 0.014, 150),         // Bosch BMI055
-      of_data_sheet("oak_d", 0.007, 160),        // Bosch BMI270
-      of_data_sheet("azure_kinect", 0.0038, 75)  // ST LSM6DSM
+      Imu(), of_data_sheet("d435i", 0.014, 150),  // Bosch BMI055
+      of_data_sheet("d455", 0.014, 150),          // Bosch BMI055
+      of_data_sheet("oak_d", 0.007, 160),         // Bosch BMI270
+      of_data_sheet("azure_kinect", 0.0038, 75)   // ST LSM6DSM
   };
   return all;
 }

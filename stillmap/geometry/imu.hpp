@@ -21,7 +21,7 @@ struct ImuSample {
 /// Noise and mounting of an inertial measurement unit. The default noise is that of a consumer
 /// sensor whose data sheet is not known.
 struct Imu {
-  std::string name = "unnamed";
+  std::string name = "other";
   /// Pose of the IMU in the frame of the rectified camera.
   Pose T_camera_imu;
   /// Noise densities of the gyroscope [rad/s/sqrt(Hz)] and of the accelerometer [m/s^2/sqrt(Hz)].

@@ -8,10 +8,12 @@
 #include "stillmap/base/stamp_unit.hpp"
 #include "stillmap/base/unicode.hpp"
 #include "stillmap/base/warning.hpp"
+#include "stillmap/geometry/rigid_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -31,6 +33,7 @@ constexpr double kSamePlace = 0.05;          // [m]; poses of one time that are 
 constexpr double kNormError = 0.1;           // of quaternions, as numbers of one digit have at most
 constexpr std::size_t kPositionNumbers = 4;  // of a line without a rotation
 constexpr std::size_t kTumNumbers = 8, kKittiNumbers = 12, kEurocNumbers = 17;
+constexpr std::size_t kVinsNumbers = 11;    // of VINS-Fusion: qw first, then velocities
 constexpr std::size_t kMatrixNumbers = 16;  // of a pose of Replica in the version of NICE-SLAM
 constexpr double kMatrixRate = 30;          // rate of these poses [Hz]
 constexpr std::size_t kArkitNumbers = 7;    // of a pose of ARKitScenes
@@ -64,6 +67,7 @@ struct PoseFormat {
   double stamp_unit = 1;  // [s]
   bool scalar_first = false;
   bool only_positions = false;  // all lines are timestamp tx ty tz
+  bool last_is_id = false;      // the heading ends with id, as that of RTAB-Map
 };
 
 /// A line with a pose.
@@ -113,6 +117,13 @@ std::optional<bool> scalar_first_in(std::string heading) {
   return w && x ? std::optional(*w < *x) : std::nullopt;
 }
 
+std::string last_word(const std::string& text) {
+  std::istringstream words(text);
+  std::string last;
+  for (std::string word; words >> word;) last = word;
+  return last;
+}
+
 /// Returns the unit of the timestamps [s]. Timestamps that do not count from 1970 are in
 /// nanoseconds if they are too large for seconds.
 double stamp_unit(const std::string& heading, const std::vector<PoseLine>& lines) {
@@ -132,6 +143,7 @@ PoseFormat format_of(const std::string& heading, const std::vector<PoseLine>& li
   format.stamp_unit = stamp_unit(heading, lines);
   format.scalar_first =
       scalar_first_in(heading).value_or(format.stamp_unit == kNanosecond && commas);
+  format.last_is_id = last_word(heading) == "id";
   format.only_positions = std::all_of(lines.begin(), lines.end(), [](const PoseLine& line) {
     return line.numbers.size() == kPositionNumbers;
   });
@@ -140,15 +152,13 @@ PoseFormat format_of(const std::string& heading, const std::vector<PoseLine>& li
 
 /// Returns the pose of a row-major 4 x 4 matrix.
 StampedPose pose_of_matrix(const PoseLine& line) {
-  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(line.numbers.data());
-  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
-  if (!(R * R.transpose()).isIdentity(kNormError) || R.determinant() < 0) {
+  const auto T = rigid_motion(std::span(line.numbers).first<kMatrixNumbers>(), kNormError);
+  if (!T) {
     throw Error("has 16 numbers that are not the matrix of a pose", line.where,
                 "write the rotation in the first three columns and rows, or lines of 8 numbers: "
                 "timestamp tx ty tz qx qy qz qw");
   }
-  return {static_cast<double>(line.index) / kMatrixRate,
-          Pose(nearest_rotation(R), Eigen::Vector3d(T.topRightCorner<3, 1>()))};
+  return {static_cast<double>(line.index) / kMatrixRate, *T};
 }
 
 /// Returns the pose of a line of ARKitScenes: time [s], then rotation vector [rad] and translation
@@ -177,7 +187,9 @@ StampedPose pose_of(const PoseLine& line, const PoseFormat& format) {
     throw Error("has 17 numbers, as EuRoC's ground truth, but a timestamp in seconds", line.where,
                 "begin the file with the heading of EuRoC, #timestamp [ns],...");
   }
-  if (v.size() != kTumNumbers && v.size() != kEurocNumbers) {
+  const bool is_vins = v.size() == kVinsNumbers && format.stamp_unit == kNanosecond;
+  const bool has_id = v.size() == kTumNumbers + 1 && format.last_is_id;
+  if (v.size() != kTumNumbers && v.size() != kEurocNumbers && !is_vins && !has_id) {
     throw Error(
         fmt::format("expected 8 numbers (timestamp tx ty tz qx qy qz qw), found {}", v.size()),
         line.where, "write the trajectory in TUM format, one pose per line");

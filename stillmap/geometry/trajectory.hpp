@@ -27,7 +27,8 @@ struct UncertainPose {
 
 /// Reads TUM format: lines `timestamp tx ty tz qx qy qz qw` separated by blanks or commas; # starts
 /// a comment. With timestamps in nanoseconds (above 1e12) it reads the formats of EuRoC: separated
-/// by commas with qw first and more columns behind (its ground truth), or by blanks (ORB-SLAM3).
+/// by commas with qw first and more columns behind (its ground truth, VINS-Fusion), or by blanks
+/// (ORB-SLAM3). A last column that the heading calls id (RTAB-Map) is ignored.
 /// Files *.traj have the format of ARKitScenes (time, then rotation vector and translation of
 /// T_camera_world); lines of 16 numbers are the matrices T_world_camera of Replica, at 30 Hz. In a
 /// file of lines `timestamp tx ty tz` only, all rotations are the identity. The text is UTF-8 or

@@ -184,8 +184,11 @@ CalibrationVerdict verdict_of(double correction, double sigma, double bound) {
 }
 
 /// Corrects a focal length by the ratio of the other one where only the other one is known to be
-/// wrong: pixels that were square stay so.
+/// wrong and the given pixels are square: they stay so. Otherwise one of the given values is wrong
+/// alone.
 void complete_focal_lengths(CalibratedParameter& fx, CalibratedParameter& fy) {
+  constexpr double kSquare = 0.02;  // largest relative difference of fx and fy
+  if (std::abs(fx.given / fy.given - 1) > kSquare) return;
   const auto complete = [](CalibratedParameter& unknown, const CalibratedParameter& known) {
     if (unknown.verdict != CalibrationVerdict::kNotObservable ||
         known.verdict != CalibrationVerdict::kCorrected)

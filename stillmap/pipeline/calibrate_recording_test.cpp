@@ -119,6 +119,16 @@ TEST(CalibrateRecording, FindsFocalLengthsThatAreWrongByAQuarter) {
   }
 }
 
+TEST(CalibrateRecording, KeepsTheOtherFocalLengthIfOneIsWrong) {
+  const Rendered recording = rendered("rpy", 0);
+  Camera given = recording.camera;
+  given.fx *= 1.15;
+  const CalibrationReport report = calibrate(recording, given);
+  EXPECT_EQ(find(report, "fx").verdict, CalibrationVerdict::kCorrected);
+  for (const double f : {report.camera.fx, report.camera.fy})
+    EXPECT_NEAR(f, recording.camera.fx, 0.04 * recording.camera.fx);
+}
+
 TEST(CalibrateRecording, KeepsThePerfectCamera) {
   const Rendered recording = rendered("loop", 0);
   const CalibrationReport report = calibrate(recording, recording.camera);

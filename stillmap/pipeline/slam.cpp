@@ -16,9 +16,11 @@
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/frame_maker.hpp"
 #include "stillmap/sensor/halved.hpp"
+#include "stillmap/sensor/imu_buffer.hpp"
 #include "stillmap/sensor/require_image.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -144,6 +146,7 @@ struct Slam::Impl {
   const bool rectifies;  // whether the images are distorted or have ignored pixels
   std::vector<std::weak_ptr<const RgbdFrame>> rectified;  // frames made but not pushed yet
   FrameSelection selection;
+  ImuBuffer imu;
   FrameCheck check;
   std::size_t next_index = 0;
   Subscribers<PoseUpdate> pose;
@@ -180,8 +183,8 @@ void Slam::Impl::require_pushable(const RgbdFramePtr& frame) {
 }
 
 PoseUpdate Slam::Impl::track(const RgbdFramePtr& frame) {
-  const RgbdFramePtr tracked =
-      options.input.half_size ? std::make_shared<const RgbdFrame>(halved(*frame)) : frame;
+  auto tracked = std::make_shared<RgbdFrame>(options.input.half_size ? halved(*frame) : *frame);
+  if (tracked->imu.empty()) tracked->imu = samples_until(imu.samples(), frame->timestamp);
   system.push(tracked);
   check.add(*tracked);
   return pose_update(*system.newest(), system.view().not_found);
@@ -253,6 +256,22 @@ PoseUpdate Slam::push(const RgbdFramePtr& frame) {
   if (used && impl_->journal) impl_->journal->add_newest();
   if (used) impl_->notify(update);
   return update;
+}
+
+void Slam::push_imu(const ImuSample& sample) {
+  constexpr const char* kWhere = "Slam::push_imu";
+  impl_->require_running(kWhere);
+  const std::optional<Imu>& imu = impl_->frames.camera().imu;
+  if (!imu) {
+    throw Error(fmt::format("camera '{}' has no IMU", impl_->frames.camera().name), kWhere,
+                "set Camera::imu, or the keys imu and T_camera_imu of the camera file");
+  }
+  if (!std::isfinite(sample.timestamp) || !sample.angular_velocity.allFinite() ||
+      !sample.acceleration.allFinite())
+    throw Error("a number of the sample is not finite", kWhere, "leave such samples out");
+  ImuSample by_images = sample;
+  by_images.timestamp -= imu->time_offset;
+  impl_->imu.add(by_images);
 }
 
 PoseUpdate Slam::push(const cv::Mat& color, const cv::Mat& depth, double timestamp) {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <thread>
 
@@ -67,6 +68,54 @@ TEST(SlamApi, ResultsAreThoseOfTheRun) {
     return mover.class_name == "person" && !mover.samples.empty();
   };
   EXPECT_TRUE(std::any_of(results.movers.begin(), results.movers.end(), is_person));
+}
+
+/// A room with people that a camera with an IMU sees.
+const SimulatedSequence& with_imu() {
+  static const SimulatedSequence made([] {
+    SimulationOptions options;
+    options.width = 320;
+    options.height = 240;
+    options.people = 2;
+    options.frames = 15;
+    options.camera = "rpy";
+    options.imu = "d435i";
+    return options;
+  }());
+  return made;
+}
+
+TEST(SlamApi, PushedSamplesOfTheImuActAsThoseOfTheFrames) {
+  const auto trajectory = [](bool in_frames, bool pushed) {
+    SimulatedSequence sequence = with_imu();
+    Slam slam(sequence.camera(), small_options());
+    double last = -1;
+    while (const RgbdFramePtr frame = sequence.next()) {
+      std::vector<ImuSample> samples = frame->imu;
+      std::reverse(samples.begin(), samples.end());
+      for (const ImuSample& sample : samples)
+        if (pushed && sample.timestamp > last) slam.push_imu(sample);
+      last = samples.front().timestamp;
+      auto copy = std::make_shared<RgbdFrame>(*frame);
+      if (!in_frames) copy->imu.clear();
+      slam.push(copy);
+    }
+    return slam.finish().trajectory;
+  };
+  const Trajectory of_frames = trajectory(true, false);
+  EXPECT_TRUE(same_bytes(trajectory(false, true), of_frames));
+  EXPECT_FALSE(same_bytes(trajectory(false, false), of_frames)) << "they have no effect";
+}
+
+TEST(SlamApi, SamplesThatCannotBeUsedAreAnError) {
+  Slam without = slam_for(recording(0, "xyz"));
+  EXPECT_THAT(error_of([&] { without.push_imu({.timestamp = 1}); }),
+              AllOf(HasSubstr("has no IMU"), HasSubstr("T_camera_imu")));
+  Slam with(with_imu().camera(), small_options());
+  EXPECT_THAT(error_of([&] {
+                with.push_imu({.timestamp = 1, .angular_velocity = {0, std::nan(""), 0}});
+              }),
+              HasSubstr("is not finite"));
 }
 
 TEST(SlamApi, ASnapshotAfterTheEndShowsTheResults) {

@@ -100,6 +100,7 @@ void set_extensions(const std::vector<std::string>& names, SlamParameters& to) {
   to.tracker.statistics.occlusion_test = has("occlusion");
   to.tracker.consistency_test = has("consistency");
   to.tracker.tracked_by_odometry = has("odometry");
+  to.tracker.gyroscope = has("gyroscope");
 }
 
 void set_map(const Options::Map& from, SlamParameters& to) {

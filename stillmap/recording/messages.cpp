@@ -145,6 +145,18 @@ CameraInfoMessage decode_camera_info(ByteSpan bytes, const std::string& encoding
   return info;
 }
 
+ImuMessage decode_imu(ByteSpan bytes, const std::string& encoding) {
+  MessageReader in(bytes, encoding);
+  ImuMessage imu;
+  imu.header = in.header();
+  in.doubles<4>();  // orientation
+  in.doubles<9>();  // and the covariances
+  imu.angular_velocity = in.doubles<3>();
+  in.doubles<9>();
+  imu.linear_acceleration = in.doubles<3>();
+  return imu;
+}
+
 std::vector<FrameTransform> decode_transforms(ByteSpan bytes, const std::string& encoding) {
   MessageReader in(bytes, encoding);
   constexpr std::size_t kSmallest = 7 * sizeof(double);  // of one transform [bytes]

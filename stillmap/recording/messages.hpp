@@ -49,6 +49,13 @@ struct CameraInfoMessage {
   std::uint32_t roi_x = 0, roi_y = 0, roi_width = 0, roi_height = 0;
 };
 
+/// A sample of an inertial measurement unit (sensor_msgs/Imu).
+struct ImuMessage {
+  MessageHeader header;
+  std::array<double, 3> angular_velocity{};     ///< [rad/s]
+  std::array<double, 3> linear_acceleration{};  ///< With gravity [m/s^2].
+};
+
 /// A transform between two coordinate frames (geometry_msgs/TransformStamped).
 struct FrameTransform {
   std::string parent, child;  ///< Names without a leading slash.
@@ -61,6 +68,7 @@ struct FrameTransform {
 ImageMessage decode_image(ByteSpan bytes, const std::string& encoding);
 CompressedImageMessage decode_compressed_image(ByteSpan bytes, const std::string& encoding);
 CameraInfoMessage decode_camera_info(ByteSpan bytes, const std::string& encoding);
+ImuMessage decode_imu(ByteSpan bytes, const std::string& encoding);
 std::vector<FrameTransform> decode_transforms(ByteSpan bytes, const std::string& encoding);
 /// geometry_msgs/Transform.
 Pose decode_transform(ByteSpan bytes, const std::string& encoding);

@@ -7,6 +7,7 @@
 #include "stillmap/recording/if_readable.hpp"
 #include "stillmap/recording/messages.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <unordered_map>
@@ -14,10 +15,11 @@
 namespace stillmap {
 namespace {
 
-// Returns "/device_0/sensor_1/Color_0" of an image topic of librealsense; empty for other topics.
-std::string stream_of(const std::string& image) {
-  const auto end = image.find("/image/data");
-  return image.starts_with("/device_") && end != std::string::npos ? image.substr(0, end) : "";
+// Returns "/device_0/sensor_1/Color_0" of a topic of images or IMU samples of librealsense; empty
+// for other topics.
+std::string stream_of(const std::string& topic) {
+  const auto end = std::min(topic.find("/image/data"), topic.find("/imu/data"));
+  return topic.starts_with("/device_") && end != std::string::npos ? topic.substr(0, end) : "";
 }
 
 // Returns the text of a message of type String, KeyValue or Float32.
@@ -66,15 +68,15 @@ std::optional<Pose> transform_to(Recording& recording, const std::string& stream
 }  // namespace
 
 std::optional<Pose> realsense_extrinsics(Recording& recording, const std::string& color,
-                                         const std::string& depth) {
-  const std::string color_stream = stream_of(color), depth_stream = stream_of(depth);
-  if (color_stream.empty() || depth_stream.empty()) return std::nullopt;
+                                         const std::string& other) {
+  const std::string color_stream = stream_of(color), other_stream = stream_of(other);
+  if (color_stream.empty() || other_stream.empty()) return std::nullopt;
   constexpr int kReferences = 8;  // Number of groups of streams with common extrinsics.
   for (int reference = 0; reference < kReferences; ++reference) {
     const auto T_color_reference = transform_to(recording, color_stream, reference);
-    const auto T_depth_reference = transform_to(recording, depth_stream, reference);
-    if (T_color_reference && T_depth_reference)
-      return *T_color_reference * T_depth_reference->inverse();
+    const auto T_other_reference = transform_to(recording, other_stream, reference);
+    if (T_color_reference && T_other_reference)
+      return *T_color_reference * T_other_reference->inverse();
   }
   return std::nullopt;
 }
@@ -97,22 +99,23 @@ bool realsense_inverts_distortion(Recording& recording, const std::string& image
          std::string::npos;
 }
 
-void use_realsense_timestamps(Recording& recording, ImageStream& stream) {
-  const std::string name = stream_of(stream.name);
-  const auto topic = recording.find_topic(name + "/image/metadata");
-  if (name.empty() || !topic || recording.topics()[*topic].type != "std_msgs/String") return;
+void use_realsense_timestamps(Recording& recording, const std::string& topic,
+                              std::vector<MessageEntry>& entries) {
+  if (stream_of(topic).empty()) return;
+  const auto texts = recording.find_topic(topic.substr(0, topic.rfind('/')) + "/metadata");
+  if (!texts || recording.topics()[*texts].type != "std_msgs/String") return;
   std::unordered_map<std::int64_t, std::int64_t> stamps;  // by time of recording [ns]
-  for (const MessageEntry& entry : recording.messages_of(*topic)) {
+  for (const MessageEntry& entry : recording.messages_of(*texts)) {
     constexpr double kNanoseconds = 1e6;  // of a millisecond
     constexpr double kLargest = 9e12;     // [ms]
     const auto milliseconds = number_in(text_of(recording, entry), "timestamp");
     if (milliseconds && *milliseconds >= 0 && *milliseconds < kLargest)
       stamps[entry.log_time] = std::llround(*milliseconds * kNanoseconds);
   }
-  for (const MessageEntry& entry : stream.images) {
-    if (!stamps.contains(entry.log_time)) return;  // All images keep their stamps.
+  for (const MessageEntry& entry : entries) {
+    if (!stamps.contains(entry.log_time)) return;  // All keep their stamps.
   }
-  for (MessageEntry& entry : stream.images) entry.stamp = stamps.at(entry.log_time);
+  for (MessageEntry& entry : entries) entry.stamp = stamps.at(entry.log_time);
 }
 
 std::string realsense_sensor(Recording& recording) {

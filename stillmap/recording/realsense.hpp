@@ -11,11 +11,11 @@
 
 namespace stillmap {
 
-/// Returns the pose of the depth camera in the frame of the color camera, T_color_depth, of a ROS 1
-/// bag; none for other recordings. Files of rosbag2 contain /tf_static.
-/// @param color, depth  topics of the images
+/// Returns the pose of the depth camera or the IMU in the frame of the color camera, T_color_other,
+/// of a ROS 1 bag; none for other recordings. Files of rosbag2 contain /tf_static.
+/// @param color, other  topics of the images or samples
 std::optional<Pose> realsense_extrinsics(Recording& recording, const std::string& color,
-                                         const std::string& depth);
+                                         const std::string& other);
 
 /// Returns the unit of 16-bit depth images [m]; none for other recordings.
 std::optional<double> realsense_depth_unit(Recording& recording, const std::string& depth);
@@ -24,10 +24,11 @@ std::optional<double> realsense_depth_unit(Recording& recording, const std::stri
 /// plumb_bob in their CameraInfo.
 bool realsense_inverts_distortion(Recording& recording, const std::string& image);
 
-/// Replaces the stamps of the images by the timestamps of the camera, which files of rosbag2
-/// contain in a text message with each image; the stamp of the image is the time of its arrival
-/// there.
-void use_realsense_timestamps(Recording& recording, ImageStream& stream);
+/// Replaces the stamps of images or samples by the timestamps of the camera, which files of rosbag2
+/// contain in a text message with each of them; their own stamps are the times of arrival there.
+/// @param topic  of the images or samples
+void use_realsense_timestamps(Recording& recording, const std::string& topic,
+                              std::vector<MessageEntry>& entries);
 
 /// Returns the name of the depth sensor for find_depth_sensor(); empty for other recordings.
 std::string realsense_sensor(Recording& recording);

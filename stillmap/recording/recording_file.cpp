@@ -23,7 +23,7 @@ constexpr std::int64_t kUnknownStamp = -1;
 
 bool has_header(const std::string& type) {
   return type == "sensor_msgs/Image" || type == "sensor_msgs/CompressedImage" ||
-         type == "sensor_msgs/CameraInfo";
+         type == "sensor_msgs/CameraInfo" || type == "sensor_msgs/Imu";
 }
 
 bool starts_with_zstd(ByteSpan bytes) {
@@ -61,15 +61,12 @@ std::string without_msg(std::string_view type) {
 }  // namespace
 
 bool is_read_type(const std::string& type) {
-  static const std::set<std::string> kTypes{"sensor_msgs/Image",
-                                            "sensor_msgs/CompressedImage",
-                                            "sensor_msgs/CameraInfo",
-                                            "tf2_msgs/TFMessage",
-                                            "tf/tfMessage",
-                                            "geometry_msgs/Transform",
-                                            "std_msgs/Float32",
-                                            "std_msgs/String",
-                                            "diagnostic_msgs/KeyValue"};
+  static const std::set<std::string> kTypes{
+      "sensor_msgs/Image",       "sensor_msgs/CompressedImage",
+      "sensor_msgs/CameraInfo",  "sensor_msgs/Imu",
+      "tf2_msgs/TFMessage",      "tf/tfMessage",
+      "geometry_msgs/Transform", "std_msgs/Float32",
+      "std_msgs/String",         "diagnostic_msgs/KeyValue"};
   return kTypes.contains(type);
 }
 

@@ -58,7 +58,7 @@ struct RecordingContents {
 };
 
 /// Returns whether the messages of a type are listed in RecordingIndex::messages: images, cameras,
-/// transforms, and the texts and numbers of RealSense recordings.
+/// inertial measurements, transforms, and the texts and numbers of RealSense recordings.
 bool is_read_type(const std::string& type);
 
 /// Collects the index of a file while it is scanned.

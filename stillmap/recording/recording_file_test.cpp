@@ -35,7 +35,8 @@ std::vector<TestMessage> messages(Kind kind) {
     const std::string pixels(2000 + i, static_cast<char>('a' + i));
     all.push_back({"/color", ros1 ? "sensor_msgs/Image" : "sensor_msgs/msg/Image",
                    camera.image(100 + i, 7, 20, 10, "rgb8", 3, pixels), time});
-    all.push_back({"/imu", ros1 ? "sensor_msgs/Imu" : "sensor_msgs/msg/Imu", "imu", time + 1});
+    all.push_back({"/joints", ros1 ? "sensor_msgs/JointState" : "sensor_msgs/msg/JointState",
+                   "joints", time + 1});
     all.push_back({"/depth", ros1 ? "sensor_msgs/Image" : "sensor_msgs/msg/Image",
                    camera.image(100 + i, 9, 20, 10, "16UC1", 2, pixels), time + 2});
   }
@@ -54,7 +55,7 @@ void expect_all_messages(RecordingFile& file, const std::vector<TestMessage>& wr
   ASSERT_THAT(index.messages, SizeIs(10));
   std::size_t next = 0;
   for (const TestMessage& message : written) {
-    if (message.topic == "/imu") continue;
+    if (message.topic == "/joints") continue;
     const MessageEntry& entry = index.messages[next++];
     EXPECT_EQ(index.topics[entry.topic].name, message.topic);
     EXPECT_EQ(entry.log_time, message.time);
@@ -99,7 +100,7 @@ TEST(RecordingFile, ReadsSqliteFilesAndMessagesThatAreCompressed) {
   expect_all_messages(*open_recording_file(folder.write_sqlite("a.db3", written)), written);
   auto compressed = written;
   for (TestMessage& message : compressed)
-    if (message.topic != "/imu") message.data = test::compressed("zstd", message.data);
+    if (message.topic != "/joints") message.data = test::compressed("zstd", message.data);
   expect_all_messages(*open_recording_file(folder.write_sqlite("b.db3", compressed)), written);
 }
 
@@ -184,7 +185,7 @@ TEST(Recording, JoinsTheFilesOfAFolderInTheirOrder) {
   ASSERT_TRUE(is_recording(folder.path("")));
   Recording recording(folder.path(""));
   ASSERT_THAT(recording.messages(), SizeIs(10));
-  EXPECT_EQ(recording.topics()[*recording.find_topic("/imu")].messages, 5U);
+  EXPECT_EQ(recording.topics()[*recording.find_topic("/joints")].messages, 5U);
   EXPECT_NEAR(recording.duration(), 4, 1e-6);
   for (std::size_t i = 1; i < 10; ++i)
     EXPECT_LT(recording.messages()[i - 1].log_time, recording.messages()[i].log_time);

@@ -413,7 +413,7 @@ RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
   for (ImageStream* stream : {&streams.color, &streams.depth}) {
     add_camera(recording, *stream);
     use_log_times_if_unstamped(*stream);
-    use_realsense_timestamps(recording, *stream);
+    use_realsense_timestamps(recording, stream->name, stream->images);
     sort_if_shuffled(*stream, streams.notes);
   }
   streams.fps = rate_of(streams.color);

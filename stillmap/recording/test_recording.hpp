@@ -297,6 +297,22 @@ struct TestCamera {
       writer.put(value);
     return writer.put(std::uint8_t{0}).bytes();
   }
+  std::string imu(std::int64_t stamp, const std::vector<double>& angular_velocity,
+                  const std::vector<double>& acceleration) const {
+    MessageWriter writer(kind);
+    writer.header(static_cast<std::uint32_t>(stamp / 1'000'000'000),
+                  static_cast<std::uint32_t>(stamp % 1'000'000'000), frame);
+    const auto put = [&](const std::vector<double>& numbers) {
+      for (const double number : numbers) writer.put(number);
+    };
+    put({0, 0, 0, 1});
+    put(std::vector<double>(9, 0));
+    put(angular_velocity);
+    put(std::vector<double>(9, 0));
+    put(acceleration);
+    put(std::vector<double>(9, 0));
+    return writer.bytes();
+  }
   std::string transform(const std::string& parent, const std::string& child,
                         const std::vector<double>& numbers) const {
     MessageWriter writer(kind);

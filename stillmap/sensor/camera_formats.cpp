@@ -4,7 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/nearest_name.hpp"
 #include "stillmap/base/number.hpp"
-#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/geometry/rigid_motion.hpp"
 #include "stillmap/sensor/camera_values.hpp"
 #include "stillmap/sensor/printable.hpp"
 
@@ -143,13 +143,11 @@ std::optional<Imu> imu_of(const CameraValues& values) {
   imu.time_offset = values.number_or({"imu_time_offset"}, 0);
   if (!values.has({"T_camera_imu"})) return imu;
   const std::vector<double> v = values.matrix("T_camera_imu", 16);
-  const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(v.data());
-  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
-  constexpr double kError = 1e-3;  // of numbers with few digits
-  if (!(R * R.transpose()).isIdentity(kError) || R.determinant() < 0)
+  const auto T = rigid_motion(std::span(v).first<16>());
+  if (!T)
     throw Error("is no rigid motion", values.where("T_camera_imu"),
                 "give a rotation and a translation [m] as a 4 x 4 matrix, row by row");
-  imu.T_camera_imu = Pose(nearest_rotation(R), Eigen::Vector3d(T.topRightCorner<3, 1>()));
+  imu.T_camera_imu = *T;
   return imu;
 }
 
@@ -356,12 +354,21 @@ FileCamera from_record3d(const CameraValues& values) {
   return camera;
 }
 
+/// Camera of one image of Polycam, with its pose (t_00 to t_23).
+FileCamera from_polycam(const CameraValues& values) {
+  FileCamera camera = camera_of_size(values, {"width"}, {"height"});
+  set_intrinsics(camera, values, "");
+  camera.depth_factor = kMillimeters;
+  return camera;
+}
+
 FileCamera camera_of(const CameraValues& values) {
   if (values.has({"cam0.camera_model"})) return from_kalibr(values, "cam0.");
   if (values.has({"resolution"}) && values.has({"intrinsics"})) return from_kalibr(values, "");
   if (is_settings_file(values)) return from_settings(values);
   if (values.has({"projection_parameters"})) return from_vins(values);
-  if (values.has({"fl_x", "camera_angle_x"})) return from_nerf(values);
+  if (values.has({"fl_x", "camera_angle_x", "frames"})) return from_nerf(values);
+  if (values.has({"t_00"})) return from_polycam(values);
   if (neural_slam_group(values)) return from_neural_slam(values);
   if (values.has({"intrinsic_matrix", "intrinsic.intrinsic_matrix"})) return from_open3d(values);
   if (values.has({"ppx"})) return from_realsense(values);
@@ -399,6 +406,15 @@ std::vector<double> numbers_of(std::span<const std::string> words, const fs::pat
   return numbers;
 }
 
+/// calibration.txt of ETH3D: fx fy cx cy of images whose depth is in fifths of a millimeter.
+FileCamera from_eth3d(const std::vector<double>& numbers) {
+  FileCamera camera;
+  camera.width = camera.height = 0;
+  set_intrinsics(camera, numbers[0], numbers[1], numbers[2], numbers[3]);
+  camera.depth_factor = 5000;
+  return camera;
+}
+
 /// Intrinsics of ARKitScenes: width height fx fy cx cy.
 FileCamera from_pincam(const std::vector<double>& numbers) {
   FileCamera camera;
@@ -427,10 +443,11 @@ FileCamera from_numbers(const fs::path& file) {
       "the camera matrix as three lines 'fx 0 cx', '0 fy cy', '0 0 1', or one line 'width height "
       "fx fy cx cy'";
   const auto numbers = numbers_of(words_of(file), file, kWhat);
+  if (numbers.size() == 4) return from_eth3d(numbers);
   if (numbers.size() == 6) return from_pincam(numbers);
   if (numbers.size() == 9 || numbers.size() == 16) return from_plain_matrix(numbers, file);
-  throw Error(fmt::format("expected 6, 9 or 16 numbers, found {}", numbers.size()), file.string(),
-              fmt::format("write {}", kWhat));
+  throw Error(fmt::format("expected 4, 6, 9 or 16 numbers, found {}", numbers.size()),
+              file.string(), fmt::format("write {}", kWhat));
 }
 
 /// Parameters of a model of COLMAP: focal lengths (1 or 2), cx, cy, and those of the lens.

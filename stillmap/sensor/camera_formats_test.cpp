@@ -275,8 +275,12 @@ TEST_F(CameraFormats, OfPhonesAreRead) {
                    "metadata.json"));
   expect_same(load("525.5, 0.0, 319.25\n0.0, 526.5, 239.75\n0.0, 0.0, 1.0\n", "camera_matrix.csv"));
   expect_same(load("640 480 525.5 526.5 319.25 239.75\n", "1_2.3.pincam"));
-  EXPECT_THAT(error_of([&] { load("1,2\n3,4\n", "camera_matrix.csv"); }),
-              HasSubstr("expected 6, 9 or 16 numbers, found 4"));
+  expect_same(load("525.5 526.5 319.25 239.75\n", "calibration.txt"), 5000);
+  expect_same(load(R"({"fx": 525.5, "fy": 526.5, "cx": 319.25, "cy": 239.75, "width": 640,
+                       "height": 480, "t_00": 1, "t_01": 0, "blur_score": 100})",
+                   "polycam.json"));
+  EXPECT_THAT(error_of([&] { load("1,2\n3,4,5\n", "camera_matrix.csv"); }),
+              HasSubstr("expected 4, 6, 9 or 16 numbers, found 5"));
   EXPECT_THAT(error_of([&] { load("640 480 wide", "1.pincam"); }),
               HasSubstr("expected a number, found 'wide'"));
 }

@@ -45,7 +45,7 @@ class FrameCheck {
   /// examined closely: the first of every 3 frames, and after twenty of them of every 30.
   void add(const RgbdFrame& frame);
 
-  /// Returns the findings, all of the severity kUntrusted.
+  /// Returns the findings.
   std::vector<Finding> findings() const;
 
  private:

@@ -6,7 +6,7 @@
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/base/warning.hpp"
 #include "stillmap/sensor/camera_file.hpp"
-#include "stillmap/sensor/inertial_source.hpp"
+#include "stillmap/sensor/imu_buffer.hpp"
 #include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/test_sequence.hpp"
 
@@ -81,6 +81,18 @@ TEST_F(ImuFile, FramesHaveTheSamplesOfTheLastSecondByTheClockOfTheImages) {
     EXPECT_LT(frame->imu.back().timestamp, frame->timestamp + 0.0101);
     EXPECT_NEAR(frame->imu.front().timestamp, frame->timestamp - 1, 0.0101);
   }
+}
+
+TEST(ImuBuffer, SortsSamplesAndForgetsOldOnes) {
+  ImuBuffer buffer;
+  for (const double time : {1.0, 3.0, 2.0, 3.0, 4.0}) buffer.add({.timestamp = time});
+  std::vector<double> times;
+  for (const ImuSample& sample : samples_until(buffer.samples(), 3.5))
+    times.push_back(sample.timestamp);
+  EXPECT_THAT(times, ::testing::ElementsAre(3, 4));
+  for (int i = 0; i < 3000; ++i) buffer.add({.timestamp = 5 + 0.01 * i});
+  EXPECT_LE(buffer.samples().size(), 2100U);
+  EXPECT_GT(buffer.samples().front().timestamp, 5);
 }
 
 TEST_F(ImuFile, CameraFilesNameTheUnit) {

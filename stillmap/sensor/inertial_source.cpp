@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/sensor/inertial_source.hpp"
 
-#include <algorithm>
+#include "stillmap/sensor/imu_buffer.hpp"
+
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace stillmap {
-
-std::vector<ImuSample> samples_until(const std::vector<ImuSample>& samples, double timestamp) {
-  constexpr double kWindow = 1;  // s
-  const auto earlier = [](const ImuSample& sample, double time) { return sample.timestamp < time; };
-  const auto begin = std::lower_bound(samples.begin(), samples.end(), timestamp - kWindow, earlier);
-  auto end = std::lower_bound(begin, samples.end(), timestamp, earlier);
-  if (end != samples.end()) ++end;
-  return {begin, end};
-}
 
 InertialSource::InertialSource(std::unique_ptr<FrameSource> source, std::vector<ImuSample> samples)
     : source_(std::move(source)), samples_(std::move(samples)) {

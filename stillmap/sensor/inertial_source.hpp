@@ -8,10 +8,6 @@
 
 namespace stillmap {
 
-/// Returns the samples of the last second before a time, up to the first one after it.
-/// @param samples  by increasing time
-std::vector<ImuSample> samples_until(const std::vector<ImuSample>& samples, double timestamp);
-
 /// A source whose frames contain the samples of an IMU that were recorded with them.
 class InertialSource : public FrameSource {
  public:

@@ -211,8 +211,12 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
       throw Error("a recorded file cannot be followed while it grows", path,
                   "follow a folder of images, or map the file when it is complete");
     }
-    source = std::make_unique<RecordingSource>(path, given_camera(path, options), options.topics,
-                                               range_of(options), options.ignore);
+    auto recording = std::make_unique<RecordingSource>(
+        path, given_camera(path, options), options.topics, range_of(options), options.ignore);
+    std::vector<ImuSample> samples = recording->imu_samples();
+    source = std::move(recording);
+    if (!samples.empty())
+      source = std::make_unique<InertialSource>(std::move(source), std::move(samples));
   } else if (is_stereo_folder(path)) {
     source = open_stereo_folder(path, options);
   } else {

@@ -6,12 +6,14 @@
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/geometry/association.hpp"
+#include "stillmap/recording/imu_stream.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/first_depth.hpp"
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/increasing.hpp"
 #include "stillmap/sensor/lens.hpp"
+#include "stillmap/sensor/printable.hpp"
 #include "stillmap/sensor/recorded_image.hpp"
 #include "stillmap/sensor/rectified_frame.hpp"
 
@@ -65,6 +67,19 @@ cv::Mat gray(const cv::Mat& color) {
   cv::Mat gray;
   cv::cvtColor(color, gray, cv::COLOR_BGR2GRAY);
   return gray;
+}
+
+/// Returns the IMU of a recording with its pose; none if that is not known.
+/// @param sensor  name of the depth sensor, or empty
+std::optional<Imu> imu_of(const ImuStream& stream, const std::string& sensor) {
+  const std::string prefix = "realsense_";
+  const std::string name = sensor.starts_with(prefix) ? sensor.substr(prefix.size()) : sensor;
+  const auto& known = imu_names();
+  const bool is_known = std::find(known.begin(), known.end(), name) != known.end();
+  if (!is_known && !stream.T_color_imu) return std::nullopt;
+  Imu imu = is_known ? find_imu(name) : Imu();
+  if (stream.T_color_imu) imu.T_camera_imu = *stream.T_color_imu;
+  return imu;
 }
 
 // Range of images: index of the first one, and of the one after the last.
@@ -147,6 +162,7 @@ void RecordingSource::choose_cameras(const std::optional<Camera>& camera,
   if (camera) check_camera(*camera, "camera '" + camera->name + "'");
   recorded_ = camera ? *camera : color_camera(recording_, streams_);
   if (!ignore.empty()) recorded_.ignore = ignore;
+  find_imu_samples();
   if (camera) {
     rectifier_.emplace(recorded_);
   } else {
@@ -154,6 +170,26 @@ void RecordingSource::choose_cameras(const std::optional<Camera>& camera,
   }
   const auto& T_color_depth = streams_.T_color_depth;
   if (T_color_depth) registration_.emplace(*streams_.depth.camera, *T_color_depth, this->camera());
+}
+
+/// Takes the samples of the recorded IMU if its pose is known: by the camera file, by the
+/// recording, or as the driver of a known camera publishes it.
+void RecordingSource::find_imu_samples() {
+  auto stream = find_imu_stream(recording_, streams_);
+  if (!stream) return;
+  const std::string topic =
+      fmt::format("IMU: {}{}", stream->topic,
+                  stream->accelerometer.empty() ? "" : " and " + stream->accelerometer);
+  if (!recorded_.imu) recorded_.imu = imu_of(*stream, streams_.sensor);
+  if (!recorded_.imu) {
+    imu_note_ = fmt::format(
+        "{}; it is not used, since no transform from frame {} to frame {} is recorded: give "
+        "T_camera_imu in a camera file",
+        topic, printable(streams_.color.frame), printable(stream->frame));
+    return;
+  }
+  imu_note_ = topic;
+  imu_samples_ = std::move(stream->samples);
 }
 
 void RecordingSource::choose_pair(const std::optional<Camera>& camera, const std::string& ignore) {
@@ -380,6 +416,7 @@ std::vector<std::string> RecordingSource::notes() const {
       camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
       rectifier_->active() ? ", distorted (will be rectified)" : "", camera.depth_sensor.name,
       given_ || streams_.sensor.empty() ? "" : " (by the names of the topics)"));
+  if (!imu_note_.empty()) notes.push_back(imu_note_);
   if (!rectifier_->ignored_note().empty()) notes.push_back(rectifier_->ignored_note());
   if (!rig_ && streams_.depth.encoding != kFloatDepth) notes.push_back(unit_note());
   if (const std::string far = far_depth_note(); !far.empty()) notes.push_back(far);

@@ -41,6 +41,9 @@ class RecordingSource : public FrameSource {
   std::optional<std::size_t> size() const override { return frames_.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
   std::vector<std::string> notes() const override;
+  /// Returns the samples of the camera's IMU, with its time stamps: those of the recording if it
+  /// contains an IMU whose pose is known. Then camera().imu is set.
+  const std::vector<ImuSample>& imu_samples() const { return imu_samples_; }
 
  private:
   struct Image {
@@ -56,6 +59,7 @@ class RecordingSource : public FrameSource {
   void choose_cameras(const std::optional<Camera>& camera, const std::string& ignore);
   void choose_pair(const std::optional<Camera>& camera, const std::string& ignore);
   void turn_baseline_if_images_tell();
+  void find_imu_samples();
   void keep_longest_stretch();
   void pair_images();
   std::vector<Image> increasing_images(const ImageStream& stream);
@@ -77,6 +81,8 @@ class RecordingSource : public FrameSource {
   Recording recording_;
   RgbdStreams streams_;
   Camera recorded_;
+  std::vector<ImuSample> imu_samples_;
+  std::string imu_note_;
   std::optional<Rectifier> rectifier_;
   std::optional<DepthRegistration> registration_;
   std::optional<StereoRig> rig_;          // of a stereo pair

@@ -2,6 +2,7 @@
 #include "stillmap/sensor/recording_source.hpp"
 
 #include "stillmap/recording/test_recording.hpp"
+#include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/doctor.hpp"
 #include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/recorded_image.hpp"
@@ -189,6 +190,86 @@ TEST(RecordingSource, AShortLoopIsRecognizedToo) {
   EXPECT_THAT(all_frames(source), SizeIs(20));
   EXPECT_THAT(source.notes(),
               ::testing::Contains(HasSubstr("longest stretch is used, 20 of 74 images")));
+}
+
+constexpr const char* kImu = "sensor_msgs/msg/Imu";
+
+/// Returns samples every 5 ms over a tenth of a second: angular velocities of i and accelerations
+/// of 10 i about and along the x axis.
+std::vector<TestMessage> imu_messages(const std::string& topic, const std::string& frame,
+                                      bool angular_velocities, bool accelerations) {
+  std::vector<TestMessage> all;
+  for (int i = 0; i < 20; ++i) {
+    const std::int64_t time = 100'000'000'000 + i * 5'000'000LL;
+    all.push_back({topic, kImu,
+                   TestCamera{.frame = frame}.imu(time, {angular_velocities ? 1.0 * i : 0, 0, 0},
+                                                  {accelerations ? 10.0 * i : 0, 0, 0}),
+                   time});
+  }
+  return all;
+}
+
+std::vector<TestMessage> joined(std::vector<TestMessage> a, const std::vector<TestMessage>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+TEST(RecordingSource, FramesHaveTheSamplesOfTheImuWithItsRecordedPose) {
+  auto all = joined(messages(3), imu_messages("/rgb/imu", "imu", true, true));
+  all.push_back({"/tf_static", "tf2_msgs/msg/TFMessage",
+                 TestCamera().transform("color", "imu", {0.1, 0.02, 0.03, 0, 0, 1, 0}), 2});
+  const TestFolder folder;
+  const auto source = make_source(folder.write_sqlite("a.db3", all).string());
+  const auto& imu = source->camera().imu;
+  ASSERT_TRUE(imu);
+  EXPECT_TRUE(imu->T_camera_imu.translation().isApprox(Eigen::Vector3d(0.1, 0.02, 0.03)));
+  EXPECT_NEAR(imu->T_camera_imu.angle(), M_PI, 1e-9);
+  const auto frames = all_frames(*source);
+  ASSERT_THAT(frames, SizeIs(3));
+  ASSERT_THAT(frames[1]->imu, SizeIs(8));  // to the first one after 33 ms
+  EXPECT_EQ(frames[1]->imu[7].angular_velocity.x(), 7);
+  EXPECT_EQ(frames[1]->imu[7].acceleration.x(), 70);
+  EXPECT_NEAR(frames[1]->imu[7].timestamp, 100.035, 1e-9);
+  EXPECT_THAT(source->notes(), ::testing::Contains(HasSubstr("IMU: /rgb/imu")));
+}
+
+TEST(RecordingSource, AccelerationsOfASeparateTopicAreInterpolated) {
+  auto all = joined(messages(3), imu_messages("/rgb/gyro/sample", "color", true, false));
+  auto accelerations = imu_messages("/rgb/accel/sample", "color", false, true);
+  for (std::size_t i = 0; i < accelerations.size(); i += 2) all.push_back(accelerations[i]);
+  const TestFolder folder;
+  const auto source = make_source(folder.write_sqlite("a.db3", all).string());
+  const auto frames = all_frames(*source);
+  ASSERT_THAT(frames[1]->imu, SizeIs(8));
+  EXPECT_EQ(frames[1]->imu[7].angular_velocity.x(), 7);
+  EXPECT_NEAR(frames[1]->imu[7].acceleration.x(), 70, 1e-9);
+}
+
+TEST(RecordingSource, OfSeveralImusThatOfTheCameraIsTaken) {
+  const auto all = joined(joined(messages(3), imu_messages("/body/imu", "color", false, true)),
+                          imu_messages("/rgb/imu", "color", true, true));
+  const TestFolder folder;
+  const auto source = make_source(folder.write_sqlite("a.db3", all).string());
+  EXPECT_THAT(source->notes(), ::testing::Contains(HasSubstr("IMU: /rgb/imu")));
+}
+
+TEST(RecordingSource, AnImuOfUnknownPoseIsToldAndNotUsed) {
+  const auto all = joined(messages(3), imu_messages("/rgb/imu", "imu", true, true));
+  const TestFolder folder;
+  const auto file = folder.write_sqlite("a.db3", all);
+  const auto source = make_source(file.string());
+  EXPECT_FALSE(source->camera().imu);
+  EXPECT_THAT(all_frames(*source)[1]->imu, SizeIs(0));
+  EXPECT_THAT(
+      source->notes(),
+      ::testing::Contains(HasSubstr("no transform from frame color to frame imu is recorded")));
+  Camera camera = TestSequence::camera();
+  camera.imu = find_imu("d435i");
+  const auto camera_file = folder.write("camera.yaml", "");
+  write_camera(camera_file, camera);
+  SourceOptions options;
+  options.camera = camera_file.string();
+  EXPECT_THAT(all_frames(*make_source(file.string(), options))[1]->imu, SizeIs(8));
 }
 
 TEST(RecordingSource, MessagesInAnyOrderAreSortedByTheirStamps) {

@@ -123,8 +123,10 @@ fs::path middle_file(const fs::path& folder) {
 fs::path camera_of_program(const fs::path& folder) {
   fs::path given =
       first_file(folder, {"camera_matrix.csv", "cam_params.json", "camera_intrinsic.json",
-                          "camera_intrinsics.json", "transforms.json"});
+                          "camera_intrinsics.json", "transforms.json", "intrinsic.json",
+                          "intrinsic/intrinsic_color.txt", "calibration.txt", "cameras.txt"});
   if (!given.empty()) return given;
+  if (is_folder(folder / "calib")) return middle_file(folder / "calib");  // RTAB-Map's export
   if (is_of_record3d(folder)) return folder / kRecord3dFile;
   if (is_folder(folder / "lowres_wide_intrinsics"))
     return middle_file(folder / "lowres_wide_intrinsics");
@@ -139,7 +141,6 @@ void find_image_folders(SequencePaths& paths) {
       folder, {"depth", "aligned_depth", "depths", "depth_images", "depth_raw", "lowres_depth"});
   if (!paths.color_folder.empty() && !paths.depth_folder.empty()) {
     paths.layout = FolderLayout::kFolders;
-    if (paths.camera.empty()) paths.camera = camera_of_program(folder);
   } else if (has_images_of(FolderLayout::kSevenScenes, folder)) {
     paths.layout = FolderLayout::kSevenScenes;
     paths.color_folder = paths.depth_folder = folder;
@@ -147,7 +148,6 @@ void find_image_folders(SequencePaths& paths) {
     paths.layout = FolderLayout::kReplica;
     paths.color_folder = paths.depth_folder = folder / kReplicaImages;
     constexpr const char* kCamera = "cam_params.json";  // in the data set, beside all scenes
-    if (paths.camera.empty()) paths.camera = first_file(folder, {kCamera});
     if (paths.camera.empty()) paths.camera = first_file(fs::absolute(folder / ".."), {kCamera});
   }
 }
@@ -159,6 +159,7 @@ SequencePaths look(const fs::path& folder) {
   paths.depth_list = first_file(folder, {"aligned_depth.txt", "depth.txt"});
   paths.associations = first_file(folder, {"associations.txt", "associate.txt", "association.txt"});
   paths.camera = first_file(folder, {"camera.yaml", "camera.yml"});
+  if (paths.camera.empty()) paths.camera = camera_of_program(folder);
   paths.ground_truth = true_trajectory_in(folder);
   if (is_folder(folder / "mask")) paths.masks = folder / "mask";
   if (paths.color_list.empty() && paths.depth_list.empty() && paths.associations.empty())

@@ -3,7 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/camera_file.hpp"
-#include "stillmap/sensor/inertial_source.hpp"
+#include "stillmap/sensor/imu_buffer.hpp"
 #include "stillmap/simulate/inertial_unit.hpp"
 #include "stillmap/simulate/renderer.hpp"
 

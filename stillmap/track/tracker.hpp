@@ -44,6 +44,8 @@ struct TrackerOptions {
   bool previous_frame_points = true;
   /// Whether keypoints are corrected for the motion during the exposure: see MotionCompensation.
   bool compensate_exposure = true;
+  /// Whether the gyroscope of the camera's IMU is used, if it has one: see GyroPrior.
+  bool gyroscope = true;
   /// Whether poses are checked against the motion before them: see MotionConsistency.
   bool consistency_test = true;
   LandmarkStatisticsOptions statistics;
@@ -114,6 +116,12 @@ class Tracker {
 
  private:
   Vector6d twist_of(const RgbdFrame& image, const std::optional<InitialPose>& initial) const;
+  struct Relabeled {
+    FramePtr frame;
+    LocalMapPose pose;
+  };
+  std::optional<Relabeled> pose_without_motion(const Frame& frame, const PoseEstimate& first,
+                                               const LocalMapPose& pose) const;
   void calibrate_shutter(const FramePtr& frame, const std::optional<InitialPose>& initial,
                          const LocalMapPose& pose);
   TrackedFramePtr track_without_map(const FramePtr& frame,

@@ -2,7 +2,10 @@
 #include "stillmap/track/tracker.hpp"
 
 #include "stillmap/simulate/board.hpp"
+#include "stillmap/track/moving_majority.hpp"
 #include "stillmap/track/rendered_track_test.hpp"
+
+#include <functional>
 
 #include <gtest/gtest.h>
 
@@ -48,6 +51,34 @@ TEST_F(TrackerTest, StartsAMapAndTracksInIt) {
     expect_pose(from_first_camera(tracked), i);
     EXPECT_EQ(tracked->reference, map->reference);
   }
+}
+
+/// Returns frame `index` in which keypoints are labeled as moving.
+FramePtr with_moving(std::size_t index, const std::function<bool(const Keypoint&)>& moves) {
+  auto frame = changeable(index);
+  for (std::size_t i = 0; i < frame->features->size(); ++i)
+    if (moves(frame->features->keypoints[i])) frame->evidence.weight[i] = 0;
+  return frame;
+}
+
+TEST_F(TrackerTest, MotionThatTakesMostOfAPosesLandmarksIsFalse) {
+  Tracker t = tracker();
+  push(t, frame(0), nullptr);
+  const LocalMapPtr map = started_map();
+  push(t, frame(1), map);
+  const auto tracked = push(t, with_moving(2, [](const Keypoint& k) { return k.u > 100; }), map);
+  EXPECT_EQ(moving_share(tracked->frame->evidence.weight), 0);
+  expect_pose(from_first_camera(tracked), 2);
+}
+
+TEST_F(TrackerTest, MotionThatLeavesAPosesCertaintyIsKept) {
+  Tracker t = tracker();
+  push(t, frame(0), nullptr);
+  const LocalMapPtr map = started_map();
+  push(t, frame(1), map);
+  const auto tracked = push(t, with_moving(2, [](const Keypoint& k) { return k.u > 200; }), map);
+  EXPECT_GT(moving_share(tracked->frame->evidence.weight), 0.2);
+  expect_pose(from_first_camera(tracked), 2);
 }
 
 TEST_F(TrackerTest, WaitsForAFrameThatCanStartAMap) {

@@ -11,7 +11,8 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 
 # The topics of realsense2_camera with align_depth.enable:=true.
-TOPICS = {"color": "color/image_raw", "depth": "aligned_depth_to_color/image_raw", "camera_info": "color/camera_info"}
+TOPICS = {"color": "color/image_raw", "depth": "aligned_depth_to_color/image_raw", "camera_info": "color/camera_info",
+          "imu": "imu"}
 
 
 def generate_launch_description():

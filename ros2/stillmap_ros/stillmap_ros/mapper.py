@@ -127,6 +127,13 @@ class Mapper:
         self.T_base_camera = T_base_camera
         return located
 
+    def push_imu(self, message):
+        """Adds a sensor_msgs/Imu. Samples with numbers that are not finite are left out."""
+        stamp, w, a = message.header.stamp, message.angular_velocity, message.linear_acceleration
+        numbers = [w.x, w.y, w.z, a.x, a.y, a.z]
+        if np.isfinite(numbers).all():
+            self.slam.push_imu((stamp.sec * 10**9 + stamp.nanosec + self.shift) / 10**9, numbers[:3], numbers[3:])
+
     def _rising(self, time):
         stamp = time + self.shift
         if self.newest is None or stamp > self.newest:

@@ -23,7 +23,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu, PointCloud2
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -45,6 +45,7 @@ PARAMETERS = {
     "schedule": "realtime",  # or lockstep: every frame, with repeatable results
     "depth_transport": "raw", "color_transport": "raw",  # or compressed
     "masks": False,  # masks of another node on the topic `mask`
+    "imu": False,  # the gyroscope of the topic `imu`
     "rectified": False,  # the images are those of image_proc
     "pairing": 0.02,  # largest difference of the stamps of color and depth [s]
     "sensor": "kinect_v1", "static_mask": "",  # PNG file, white where the robot sees itself
@@ -75,6 +76,7 @@ class ImageReceiver:
         self.pairing = Pairing(sum(not isinstance(i, str) for _, _, i in topics), slop, lossless)
         self.queue = Queue(lossless)
         self.info = None  # CameraInfo; None: the next one is received
+        self.samples = collections.deque(maxlen=4000)  # Imu messages that were not used yet
         self.received = 0
         self.newest = None  # monotonic time of the newest set [s]
         self.receiver.create_timer(0.5, self.connect)
@@ -105,7 +107,8 @@ class ImageReceiver:
                 continue
             if self.lossless and not reliable:
                 self.node.get_logger().warning(f"{name} is published best effort: frames may be lost in lockstep")
-            qos = QoSProfile(history=HistoryPolicy.KEEP_ALL if self.lossless else HistoryPolicy.KEEP_LAST, depth=15,
+            qos = QoSProfile(history=HistoryPolicy.KEEP_ALL if self.lossless else HistoryPolicy.KEEP_LAST,
+                             depth=400 if index == "imu" else 15,
                              reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
             # Without the events of the middleware, which cost as much as the images.
             subscription = self.receiver.create_subscription(
@@ -117,6 +120,8 @@ class ImageReceiver:
     def _callback_of(self, index):
         if index == "info":
             return self._receive_info
+        if index == "imu":
+            return self.samples.append
 
         def receive(message):
             self.newest = time.monotonic()
@@ -199,6 +204,8 @@ class StillmapNode(Node):
                   for index, name in enumerate(("color", "depth"))]
         if self.settings["masks"]:
             topics.append((self._resolved("mask"), Image, 2))
+        if self.settings["imu"]:
+            topics.append((self._resolved("imu"), Imu, "imu"))
         return [*topics, (self._resolved("camera_info"), CameraInfo, "info")]
 
     def _resolved(self, name):
@@ -282,9 +289,28 @@ class StillmapNode(Node):
         rgb, depth = self._pixels(complete[0], 0), self._pixels(complete[1], 1)
         mask = images.raw_pixels(complete[2]) if len(complete) > 2 else None
         if self.mapper is None:
-            self._start(info, T_base_camera)
+            imu = self._imu(frame, stamp)
+            if imu is None and self.settings["imu"]:
+                return None
+            self._start(info, T_base_camera, imu)
         self._require_size(rgb, depth)
+        while self.images.samples:
+            self.mapper.push_imu(self.images.samples.popleft())
+            self.counts["IMU samples"] += 1
         return self.mapper.push(rgb, depth, stamp, mask, T_base_camera)
+
+    def _imu(self, camera_frame, stamp):
+        """Returns the stillmap.Imu of the topic `imu` with its transform, or None while it is unknown."""
+        if not self.settings["imu"]:
+            return None
+        sample = self._awaited(lambda: next(iter(self.images.samples), None), f"no sample yet on {self._resolved('imu')}")
+        if sample is None:
+            return None
+        frame = sample.header.frame_id.lstrip("/")
+        T_camera_imu = self._awaited(
+            lambda: np.eye(4) if frame == camera_frame.lstrip("/") else self.tree.lookup(camera_frame.lstrip("/"), frame, stamp),
+            f"no transform {camera_frame} -> {frame}\n  fix: publish it on /tf_static, or set imu to false")
+        return None if T_camera_imu is None else stillmap.Imu(T_camera_imu=T_camera_imu)
 
     def _awaited(self, find, problem):
         """Returns the result of find(). While it is None, reports the problem; in lockstep the frame waits for it."""
@@ -317,10 +343,11 @@ class StillmapNode(Node):
             return BODY_OPTICAL
         return self.tree.lookup(self.settings["base_frame"], frame.lstrip("/"), stamp)
 
-    def _start(self, info, T_base_camera):
+    def _start(self, info, T_base_camera, imu):
         """Starts a map, or in one."""
         camera = images.camera_of(info, self.settings["sensor"], self.settings["rectified"],
                                   self.settings["static_mask"])
+        camera.imu = imu
         load, self.load = self.load, None
         try:
             self._use_map(camera, T_base_camera, load)
@@ -496,7 +523,7 @@ class StillmapNode(Node):
         values = {"state": state, "mode": "map" if self.extend else "localize",
                   "findings": " ".join(f.code for f in self.findings), "frames received": self.images.received,
                   "frames dropped": self.images.queue.dropped, "frames without a partner": self.images.pairing.unpaired,
-                  **{f"frames {name}": n for name, n in sorted(self.counts.items())}}
+                  **{name if name == "IMU samples" else f"frames {name}": n for name, n in sorted(self.counts.items())}}
         if located is not None:
             values |= {"landmarks": located.update.inliers, "certain": located.update.certain}
         if self.delays:
