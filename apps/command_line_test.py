@@ -441,7 +441,8 @@ class CommandLine(unittest.TestCase):
 
     def test_what_says_nothing_about_the_result_is_a_note(self):
         poses = (self.sequence / "groundtruth.txt").read_text().splitlines()
-        truth = self.foreign("rounded.txt", "".join(f"{line}\n{line}\n" for line in poses))
+        rounded = [f"{float(line.split()[0]):.1f} {line.split(maxsplit=1)[1]}" for line in poses if not line.startswith("#")]
+        truth = self.foreign("rounded.txt", "\n".join(rounded) + "\n")
         out = self.folder / "noted"
         done = stillmap("run", self.sequence, "--preset", "static", "--set", "network.every=2", "--truth", truth, "--out", out)
         self.assertIn("note: --set network.every=2 has no effect", self.succeeded(done).stderr)

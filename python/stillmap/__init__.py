@@ -22,6 +22,7 @@ from ._native import (AteResult, Camera, Cloud, Error, Finding, Frame, Imu, MapE
                       read_trajectory, rpe, source, write_trajectory)
 from .trajectory import Trajectory
 
-__all__ = ["AteResult", "Camera", "Cloud", "Error", "Finding", "Frame", "MapEvent", "Mover", "MoverTrack", "Options",
-           "PoseUpdate", "Results", "RpeResult", "Slam", "Snapshot", "Source", "Statistics", "Trajectory",
-           "__version__", "ate", "presets", "read_ply", "read_trajectory", "rpe", "source", "write_trajectory"]
+__all__ = ["AteResult", "Camera", "Cloud", "Error", "Finding", "Frame", "Imu", "MapEvent", "Mover", "MoverTrack",
+           "Options", "PoseUpdate", "Results", "RpeResult", "Slam", "Snapshot", "Source", "Statistics",
+           "Trajectory", "__version__", "ate", "presets", "read_ply", "read_trajectory", "rpe", "source",
+           "write_trajectory"]

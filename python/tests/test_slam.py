@@ -186,7 +186,7 @@ def test_a_gyroscope_is_pushed_with_the_frames(frames, camera):
                 for i in range(7):
                     slam.push_imu(frame.stamp - 0.03 + 0.005 * i, [0.0, 0.0, 0.0], np.array([0, -9.81, 0]))
             slam.push(frame.rgb, frame.depth, frame.stamp)
-        return slam.finish().trajectory.array()
+        return np.asarray(slam.finish().trajectory)
 
     def camera_with(imu):
         copy = stillmap.Camera(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,

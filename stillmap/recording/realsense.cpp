@@ -101,8 +101,10 @@ bool realsense_inverts_distortion(Recording& recording, const std::string& image
 
 void use_realsense_timestamps(Recording& recording, const std::string& topic,
                               std::vector<MessageEntry>& entries) {
-  if (stream_of(topic).empty()) return;
-  const auto texts = recording.find_topic(topic.substr(0, topic.rfind('/')) + "/metadata");
+  const std::string stream = stream_of(topic);
+  if (stream.empty()) return;
+  const char* kind = topic.find("/imu/data") != std::string::npos ? "imu" : "image";
+  const auto texts = recording.find_topic(fmt::format("{}/{}/metadata", stream, kind));
   if (!texts || recording.topics()[*texts].type != "std_msgs/String") return;
   std::unordered_map<std::int64_t, std::int64_t> stamps;  // by time of recording [ns]
   for (const MessageEntry& entry : recording.messages_of(*texts)) {

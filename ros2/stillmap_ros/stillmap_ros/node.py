@@ -121,7 +121,7 @@ class ImageReceiver:
         if index == "info":
             return self._receive_info
         if index == "imu":
-            return self.samples.append
+            return self._receive_sample
 
         def receive(message):
             self.newest = time.monotonic()
@@ -129,6 +129,9 @@ class ImageReceiver:
                 self.received += 1
                 self.queue.put(complete)
         return receive
+
+    def _receive_sample(self, message):
+        self.samples.append(message)
 
     def _receive_info(self, message):
         self.info = message
