@@ -116,7 +116,7 @@ class Camera:
             stamp = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
             if self.arguments.clock:
                 self.clock.publish(Clock(clock=stamp))
-            while samples and samples[0][0] <= nanoseconds:
+            while samples and samples[0][0] <= nanoseconds + 10**7:
                 self.publish_sample(samples.pop(0))
             info, color, depth = self.messages(frame, stamp)
             self.info.publish(info)

@@ -4,6 +4,7 @@
 #include "stillmap/evaluate/truth_frame.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -113,7 +114,7 @@ TEST(TruthFindings, NameTurnedCamerasAndInverseRotations) {
   const auto turned = [&](const Eigen::Vector3d& turn) {
     return in_camera_frame(truth, {Pose(), Pose(so3_exp(turn), Eigen::Vector3d::Zero())});
   };
-  constexpr double kPi = 3.14159265358979;
+  constexpr double kPi = std::numbers::pi;
   EXPECT_THAT(texts(turned({kPi, 0, 0}), estimate, kNames),
               ElementsAre(HasSubstr("of truth.txt are turned to the axes of OpenGL or back")));
   EXPECT_THAT(texts(turned({0, 0, -kPi / 2}), estimate, kNames),

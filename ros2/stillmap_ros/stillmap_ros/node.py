@@ -63,7 +63,8 @@ def latched(depth=1):
 
 
 class ImageReceiver:
-    """Receives images on a thread of its own, as reliably as their publishers send, and hands sets to a queue."""
+    """Receives images on a thread of its own, as reliably as their publishers send, and hands sets to a queue. Other
+    topics are received by the node."""
 
     def __init__(self, node, topics, lossless, slop):
         self.node, self.topics, self.lossless = node, topics, lossless
@@ -77,6 +78,7 @@ class ImageReceiver:
         self.queue = Queue(lossless)
         self.info = None  # CameraInfo; None: the next one is received
         self.samples = collections.deque(maxlen=4000)  # Imu messages that were not used yet
+        self.newest_sample = 0  # [ns]
         self.received = 0
         self.newest = None  # monotonic time of the newest set [s]
         self.receiver.create_timer(0.5, self.connect)
@@ -101,8 +103,10 @@ class ImageReceiver:
             wanted = not (index == "info" and self.info is not None)
             reliable = all(p.qos_profile.reliability == ReliabilityPolicy.RELIABLE for p in publishers)
             known = self.subscriptions.get(name)
+            # In lockstep images wait where the queue is full, and must not keep these from being received.
+            owner = self.node if isinstance(index, str) else self.receiver
             if known and (known[1] != reliable or not wanted):
-                self.receiver.destroy_subscription(self.subscriptions.pop(name)[0])
+                owner.destroy_subscription(self.subscriptions.pop(name)[0])
             if not wanted or name in self.subscriptions:
                 continue
             if self.lossless and not reliable:
@@ -111,7 +115,7 @@ class ImageReceiver:
                              depth=400 if index == "imu" else 15,
                              reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
             # Without the events of the middleware, which cost as much as the images.
-            subscription = self.receiver.create_subscription(
+            subscription = owner.create_subscription(
                 kind, name, self._callback_of(index), qos,
                 event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
             self.subscriptions[name] = (subscription, reliable)
@@ -132,6 +136,7 @@ class ImageReceiver:
 
     def _receive_sample(self, message):
         self.samples.append(message)
+        self.newest_sample = images.nanoseconds(message.header.stamp)
 
     def _receive_info(self, message):
         self.info = message
@@ -297,6 +302,7 @@ class StillmapNode(Node):
                 return None
             self._start(info, T_base_camera, imu)
         self._require_size(rgb, depth)
+        self._await_samples(stamp)
         while self.images.samples:
             self.mapper.push_imu(self.images.samples.popleft())
             self.counts["IMU samples"] += 1
@@ -314,6 +320,13 @@ class StillmapNode(Node):
             lambda: np.eye(4) if frame == camera_frame.lstrip("/") else self.tree.lookup(camera_frame.lstrip("/"), frame, stamp),
             f"no transform {camera_frame} -> {frame}\n  fix: publish it on /tf_static, or set imu to false")
         return None if T_camera_imu is None else stillmap.Imu(T_camera_imu=T_camera_imu)
+
+    def _await_samples(self, stamp):
+        """In lockstep, waits for the IMU's samples up to an image, but no longer than a second."""
+        end = time.monotonic() + 1
+        while (self.settings["imu"] and self.lossless and self.images.newest_sample < stamp and time.monotonic() < end
+               and not self.stopping.wait(0.002)):
+            pass
 
     def _awaited(self, find, problem):
         """Returns the result of find(). While it is None, reports the problem; in lockstep the frame waits for it."""
