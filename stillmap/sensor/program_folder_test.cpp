@@ -216,8 +216,8 @@ TEST_F(ProgramFolder, MayHoldArraysOfAnyNumbersAndOrder) {
     image.convertTo(image, CV_32F);
     return image;
   };
-  const auto as_is = [](cv::Mat m) { return m; };
-  const auto columns = [](cv::Mat m) { return cv::Mat(m.t()); };
+  const auto as_is = [](const cv::Mat& m) { return m; };
+  const auto columns = [](const cv::Mat& m) { return cv::Mat(m.t()); };
   const auto swapped = [](cv::Mat m) {
     for (std::size_t i = 0; i < m.total(); ++i)
       std::reverse(m.data + i * m.elemSize(), m.data + (i + 1) * m.elemSize());
