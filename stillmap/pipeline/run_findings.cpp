@@ -142,17 +142,17 @@ void add_uncertain(const RunDetails& record, std::vector<Finding>& findings) {
 void add_masks(const RunDetails& record, std::vector<Finding>& findings) {
   const SlamResult& result = record.result;
   const std::string preset = record.options.preset();
-  if (share(result.detector_failures, result.segmented) > kMaxWithoutMasks) {
+  const double without_masks = share(result.detector_failures, result.segmented);
+  if (without_masks > kMaxWithoutMasks) {
     const Finding missing = make_finding(
         "masks-missing",
         fmt::format("{} of {} frames have no usable mask ({})", result.detector_failures,
                     result.segmented, result.detector_skipped),
         "name the folder of masks of this recording, in the size of its images, or a "
         "network that works",
-        {{"share", share(result.detector_failures, result.segmented)}});
-    const bool of_others = share(result.detector_failures, result.segmented) > kMasksOfOthers;
-    findings.push_back(
-        of_others || needs_detector(preset) ? missing : with_severity(Severity::kWarning, missing));
+        {{"share", without_masks}});
+    const bool matters = without_masks > kMasksOfOthers || needs_detector(preset);
+    findings.push_back(matters ? missing : with_severity(Severity::kWarning, missing));
   }
   if (result.detector_finding) findings.push_back(*result.detector_finding);
   if (record.detector.empty() && needs_detector(preset)) {

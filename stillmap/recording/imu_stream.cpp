@@ -14,30 +14,32 @@ namespace {
 
 Eigen::Vector3d vector_of(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 
-struct Samples {
-  std::string frame;
-  std::vector<ImuSample> samples;
-};
+std::optional<ImuMessage> read_message(Recording& recording, const MessageEntry& entry) {
+  return if_readable(
+      [&] { return decode_imu(recording.read(entry), recording.topics()[entry.topic].encoding); });
+}
 
-Samples samples_of(Recording& recording, std::uint32_t topic) {
-  const std::string &name = recording.topics()[topic].name,
-                    &encoding = recording.topics()[topic].encoding;
+/// Returns the coordinate frame of the first message that can be read; none if there is none.
+std::optional<std::string> frame_of(Recording& recording, std::uint32_t topic) {
+  for (const MessageEntry& entry : recording.messages_of(topic))
+    if (const auto message = read_message(recording, entry)) return message->header.frame;
+  return std::nullopt;
+}
+
+std::vector<ImuSample> samples_of(Recording& recording, std::uint32_t topic) {
   std::vector<MessageEntry> entries = recording.messages_of(topic);
-  use_realsense_timestamps(recording, name, entries);
-  Samples result;
+  use_realsense_timestamps(recording, recording.topics()[topic].name, entries);
+  std::vector<ImuSample> samples;
   for (const MessageEntry& entry : entries) {
-    const auto message = if_readable([&] { return decode_imu(recording.read(entry), encoding); });
+    const auto message = read_message(recording, entry);
     if (!message) continue;
     const ImuSample sample{seconds_of(entry.stamp), vector_of(message->angular_velocity),
                            vector_of(message->linear_acceleration)};
-    const bool increases =
-        result.samples.empty() || sample.timestamp > result.samples.back().timestamp;
-    if (!increases || !sample.angular_velocity.allFinite() || !sample.acceleration.allFinite())
-      continue;
-    result.samples.push_back(sample);
-    result.frame = message->header.frame;
+    const bool increases = samples.empty() || sample.timestamp > samples.back().timestamp;
+    if (increases && sample.angular_velocity.allFinite() && sample.acceleration.allFinite())
+      samples.push_back(sample);
   }
-  return result;
+  return samples;
 }
 
 /// Returns whether the topic is that of an accelerometer alone, as RealSense cameras publish it.
@@ -96,25 +98,30 @@ std::optional<Pose> pose_in_color(Recording& recording, FrameTree& frames,
 std::optional<ImuStream> find_imu_stream(Recording& recording, const RgbdStreams& streams) {
   FrameTree frames(recording);
   std::optional<ImuStream> best;
-  const auto rank = [&](const ImuStream& imu) {
+  std::uint32_t best_topic = 0;
+  const auto rank = [&](const ImuStream& imu, std::uint32_t topic) {
     return std::tuple(common_length(imu.topic, streams.color.name), imu.T_color_imu.has_value(),
-                      imu.samples.size());
+                      recording.topics()[topic].messages);
   };
   for (std::uint32_t i = 0; i < recording.topics().size(); ++i) {
     const Topic& topic = recording.topics()[i];
     if (topic.type != "sensor_msgs/Imu" || is_accelerometer(topic.name)) continue;
-    Samples read = samples_of(recording, i);
-    if (read.samples.empty()) continue;
-    ImuStream imu{.topic = topic.name, .frame = read.frame, .samples = std::move(read.samples)};
-    const bool without_accelerations =
-        std::all_of(imu.samples.begin(), imu.samples.end(),
-                    [](const ImuSample& sample) { return sample.acceleration.isZero(0); });
-    if (const auto other = accelerometer_of(recording, i); other && without_accelerations) {
-      imu.accelerometer = recording.topics()[*other].name;
-      interpolate_accelerations(samples_of(recording, *other).samples, imu.samples);
-    }
+    const auto frame = frame_of(recording, i);
+    if (!frame) continue;
+    ImuStream imu{.topic = topic.name, .frame = *frame};
     imu.T_color_imu = pose_in_color(recording, frames, streams, imu);
-    if (!best || rank(imu) > rank(*best)) best = std::move(imu);
+    if (best && rank(imu, i) <= rank(*best, best_topic)) continue;
+    best = std::move(imu), best_topic = i;
+  }
+  if (!best) return std::nullopt;
+  best->samples = samples_of(recording, best_topic);
+  if (best->samples.empty()) return std::nullopt;
+  const bool without_accelerations =
+      std::all_of(best->samples.begin(), best->samples.end(),
+                  [](const ImuSample& sample) { return sample.acceleration.isZero(0); });
+  if (const auto other = accelerometer_of(recording, best_topic); other && without_accelerations) {
+    best->accelerometer = recording.topics()[*other].name;
+    interpolate_accelerations(samples_of(recording, *other), best->samples);
   }
   return best;
 }

@@ -22,7 +22,7 @@ struct ImuStream {
 
 /// Returns the samples (sensor_msgs/Imu) of the unit of the camera; none if the recording has none.
 /// Of several units the one whose topic begins as that of the color images is taken, then one whose
-/// pose is recorded, then the one with most samples. Samples whose time does not increase, and
+/// pose is recorded, then the one with most messages. Samples whose time does not increase, and
 /// those that are not finite, are left out.
 std::optional<ImuStream> find_imu_stream(Recording& recording, const RgbdStreams& streams);
 

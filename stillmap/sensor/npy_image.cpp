@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <optional>
 #include <regex>
 #include <string>
@@ -30,6 +29,7 @@ struct NpyArray {
   std::size_t count() const {
     return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
   }
+  std::size_t bytes() const { return count() * width; }
 };
 
 /// Returns the array that the header declares; none if it is not two-dimensional.
@@ -57,15 +57,13 @@ std::optional<NpyArray> declared_array(View file) {
 }
 
 /// Copies numbers into an image, with the first byte the lowest one.
-template <typename T>
 cv::Mat numbers_of(View bytes, const NpyArray& array, int type) {
   cv::Mat image(array.by_columns ? cv::Size(array.size.height, array.size.width) : array.size,
                 type);
-  std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(array.begin), array.count() * sizeof(T),
-              image.data);
+  std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(array.begin), array.bytes(), image.data);
   if (array.big_endian) {
     for (std::size_t i = 0; i < array.count(); ++i)
-      std::reverse(image.data + i * sizeof(T), image.data + (i + 1) * sizeof(T));
+      std::reverse(image.data + i * array.width, image.data + (i + 1) * array.width);
   }
   return array.by_columns ? cv::Mat(image.t()) : image;
 }
@@ -96,8 +94,7 @@ HeaderRead npy_header(View bytes) {
   const auto array = declared_array(bytes);
   if (!array) return {{}, "is no array of height x width numbers"};
   if (array->size.empty()) return {{}, "is damaged: its header says 0 pixels"};
-  if (array->count() * array->width > bytes.size() - array->begin)
-    return {{}, "is truncated: its end is missing"};
+  if (array->bytes() > bytes.size() - array->begin) return {{}, "is truncated: its end is missing"};
   ImageHeader header{array->size, 8 * static_cast<int>(array->width), 1};
   if (!opencv_type(*array)) {
     header.samples = Samples::kOther;
@@ -112,19 +109,7 @@ HeaderRead npy_header(View bytes) {
 
 cv::Mat decode_npy(View bytes) {
   const NpyArray array = declared_array(bytes).value();
-  const int type = opencv_type(array).value();
-  cv::Mat image;
-  switch (array.width) {
-    case 2:
-      image = numbers_of<std::uint16_t>(bytes, array, type);
-      break;
-    case 4:
-      image = numbers_of<std::uint32_t>(bytes, array, type);
-      break;
-    default:
-      image = numbers_of<std::uint64_t>(bytes, array, type);
-      break;
-  }
+  cv::Mat image = numbers_of(bytes, array, opencv_type(array).value());
   // Whole numbers outside 0 to 65535 become the nearest of these.
   image.convertTo(image, array.kind == 'f' ? CV_32F : CV_16U);
   return image;

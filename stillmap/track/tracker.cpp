@@ -45,6 +45,13 @@ std::shared_ptr<TrackedFrame> starting_frame(const FramePtr& frame, const Pose& 
   return result;
 }
 
+/// Returns the frame without its measured motion, which a wrong pose decided.
+FramePtr without_measured_motion(const Frame& frame) {
+  auto relabeled = std::make_shared<Frame>(frame);
+  relabeled->evidence = evidence_of_classes(frame);
+  return relabeled;
+}
+
 /// Root mean square motion of the first frame's keypoints during its exposure up to which a map is
 /// kept [pixels]: the accuracy of a keypoint.
 constexpr double kMaxStartMotion = 1;
@@ -164,8 +171,7 @@ std::optional<Tracker::Relabeled> Tracker::pose_without_motion(const Frame& fram
   if (!options_.erase_seen_through || frames_in_map_ >= kYoungMapFrames ||
       moving_share(frame.evidence.weight) < kLeastFalseShare)
     return std::nullopt;
-  auto relabeled = std::make_shared<Frame>(frame);
-  relabeled->evidence = evidence_of_classes(frame);
+  const FramePtr relabeled = without_measured_motion(frame);
   const auto still =
       refine_in_local_map(model_, *state_.local_map, *relabeled, first, options_.min_inliers,
                           options_.previous_frame_points, state_.prior());
@@ -281,8 +287,7 @@ std::optional<Pose> Tracker::motion_against_map(const Frame& frame, const LocalM
 /// @param T_first_frame motion of the camera since the first frame of the map
 TrackedFramePtr Tracker::replace_map(const Frame& frame, const Pose& T_first_frame) {
   const int frames = start_verification_.frames();
-  auto relabeled = std::make_shared<Frame>(frame);  // the labels are those of the wrong motion
-  relabeled->evidence = evidence_of_classes(frame);
+  const FramePtr relabeled = without_measured_motion(frame);
   auto result = starting_frame(relabeled, start_verification_.T_world_first() * T_first_frame);
   result->proposal->replaced = state_.local_map->reference;
   begin_map(relabeled, result, Pose::exp(T_first_frame.log() / frames));
