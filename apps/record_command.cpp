@@ -6,8 +6,8 @@
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/image_file.hpp"
-#include "stillmap/sensor/imu_file.hpp"
 #include "stillmap/sensor/make_source.hpp"
+#include "stillmap/sensor/motion_files.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -71,8 +71,11 @@ class FolderWriter {
   void add(const RgbdFrame& frame) {
     if (!frame.ignored.empty() && camera_.ignore.empty()) keep_ignored(frame.ignored);
     for (const ImuSample& sample : frame.imu)
-      if (samples_.empty() || sample.timestamp > samples_.back().timestamp)
-        samples_.push_back(sample);
+      if (samples_.imu.empty() || sample.timestamp > samples_.imu.back().timestamp)
+        samples_.imu.push_back(sample);
+    for (const OdometrySample& sample : frame.odometry)
+      if (samples_.odometry.empty() || sample.timestamp > samples_.odometry.back().timestamp)
+        samples_.odometry.push_back(sample);
     write(frame.color, "rgb", frame.timestamp, color_list_);
     if (cv::countNonZero(frame.depth) == 0) return;
     cv::Mat raw;
@@ -80,9 +83,11 @@ class FolderWriter {
     write(raw, "depth", frame.timestamp + frame.depth_delay, depth_list_);
   }
 
-  /// Writes the samples of the IMU, if the frames have any. Called after the last frame.
+  /// Writes the samples of the IMU and the wheels, if the frames have any. Called after the last
+  /// frame.
   void finish() const {
-    if (!samples_.empty()) write_imu(folder_ / "imu.csv", samples_);
+    if (!samples_.imu.empty()) write_imu(folder_ / "imu.csv", samples_.imu);
+    if (!samples_.odometry.empty()) write_odometry(folder_ / "odometry.txt", samples_.odometry);
   }
 
  private:
@@ -103,7 +108,7 @@ class FolderWriter {
   fs::path folder_;
   Camera camera_;
   std::ofstream color_list_, depth_list_;
-  std::vector<ImuSample> samples_;
+  MotionSamples samples_;
 };
 
 /// Tells what a folder keeps of its source, which cannot be restored from it.

@@ -70,6 +70,7 @@ void add_sensor_options(CLI::App& command, SimulateArguments& arguments) {
       .add_option("--imu", o.imu,
                   "inertial measurement unit on the camera, by its noise and biases")
       ->type_name(fmt::format("{{{}}}", fmt::join(imu_names(), ",")));
+  command.add_flag("--wheels", o.wheels, "odometry of wheels that carry the camera");
   CLI::Option* sensor =
       command.add_option("--sensor", o.sensor, "depth sensor, by its noise, range and holes")
           ->type_name(fmt::format("{{{}}}", fmt::join(depth_sensor_names(), ",")))

@@ -10,6 +10,7 @@ set(STILLMAP_PUBLIC_HEADERS
   geometry/imu.hpp
   geometry/pose.hpp
   geometry/trajectory.hpp
+  geometry/wheels.hpp
   options.hpp
   segment/detector.hpp
   segment/instance.hpp

@@ -34,10 +34,11 @@ namespace stillmap {
 
 /// State of the camera in a frame.
 enum class PoseState {
-  kTracked,  ///< It has a pose.
-  kNoMap,    ///< There is no map yet, and the frame has too few points to start one.
-  kLost,     ///< There is a map, but no pose in it.
-  kSkipped,  ///< options.input leaves the frame out.
+  kTracked,    ///< It has a pose.
+  kNoMap,      ///< There is no map yet, and the frame has too few points to start one.
+  kLost,       ///< There is a map, but no pose in it.
+  kPredicted,  ///< The images give no pose; it has one by the IMU or the wheels, uncertain.
+  kSkipped,    ///< options.input leaves the frame out.
 };
 
 /// The tracking result of one frame.
@@ -49,7 +50,7 @@ struct PoseUpdate {
   /// is no map or the camera is lost.
   std::optional<Pose> T_world_camera;
   /// Motion of the camera since the previous frame, without the filter and corrections of the map,
-  /// which make T_world_camera jump: visual odometry. None in a snapshot, and if the previous frame
+  /// which make T_world_camera jump: odometry. None in a snapshot, and if the previous frame
   /// has no pose, the frame starts a map, or the camera was relocalized.
   std::optional<Pose> T_previous_camera = std::nullopt;
   /// Reason why there is no pose; empty if there is one. push() and on_pose() add why the place of
@@ -233,6 +234,11 @@ class Slam {
   /// @param sample  with the time stamp of the IMU: Imu::time_offset is taken off
   /// Throws Error if the camera has no IMU, and for numbers that are not finite.
   void push_imu(const ImuSample& sample);
+  /// Adds a sample of the odometry of the robot that carries the camera (Camera::wheels). The pose
+  /// of a frame without enough landmarks is continued by the samples around it and the last one
+  /// with a pose.
+  /// Throws Error if the camera has no wheels, and for numbers that are not finite.
+  void push_odometry(const OdometrySample& sample);
 
   /// Sets what the frames pushed from now on do to the map. Throws Error after finish().
   void set_mode(Mode mode);

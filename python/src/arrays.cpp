@@ -2,6 +2,7 @@
 #include "arrays.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/geometry/rigid_motion.hpp"
 
 #include <algorithm>
 #include <array>
@@ -154,6 +155,14 @@ py::object array_of(std::vector<double> values, std::vector<py::ssize_t> shape) 
   for (std::size_t i = shape.size() - 1; i > 0; --i) strides[i - 1] = strides[i] * shape[i];
   return array_of(Memory{owner, owner->data(), py::format_descriptor<double>::format(), kItem,
                          std::move(shape), std::move(strides), false});
+}
+
+Pose motion_of(const Matrix4& matrix, const char* argument) {
+  std::array<double, 16> numbers{};
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = matrix[i / 4][i % 4];
+  if (const auto T = rigid_motion(numbers)) return *T;
+  throw Error(std::string(argument) + " is no rigid motion", "stillmap",
+              "give a rotation and a translation [m] as a 4 x 4 matrix");
 }
 
 py::object matrix_of(const Pose& T_a_b) {

@@ -3,6 +3,7 @@
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <pybind11/pybind11.h>
@@ -37,6 +38,10 @@ pybind11::object array_of(std::vector<double> values, std::vector<pybind11::ssiz
 
 /// Returns a 4x4 matrix T_a_b.
 pybind11::object matrix_of(const Pose& T_a_b);
+
+using Matrix4 = std::array<std::array<double, 4>, 4>;
+/// Returns the rigid motion in a matrix, row by row. Throws Error with the name of the argument.
+Pose motion_of(const Matrix4& matrix, const char* argument);
 
 /// Returns a stillmap.Trajectory of N x 8 float64: timestamp [s], translation [m], quaternion x y z
 /// w of T_world_camera.

@@ -60,6 +60,8 @@ const char* state_name(PoseState state) {
       return "no map";
     case PoseState::kLost:
       return "lost";
+    case PoseState::kPredicted:
+      return "predicted";
     case PoseState::kSkipped:
       break;
   }

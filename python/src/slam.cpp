@@ -113,6 +113,10 @@ class PythonSlam {
                     .angular_velocity = Eigen::Vector3d(angular_velocity.data()),
                     .acceleration = Eigen::Vector3d(acceleration.data())});
   }
+  void push_odometry(double stamp, const Matrix4& T_odom_base) {
+    const std::scoped_lock lock(mutex_);
+    slam_.push_odometry({stamp, motion_of(T_odom_base, "T_odom_base")});
+  }
   void set_mode(Mode mode) {
     const std::scoped_lock lock(mutex_);
     slam_.set_mode(mode);
@@ -330,6 +334,11 @@ void bind_slam(py::module_& module) {
            "Adds a sample of the camera's IMU (Camera.imu), before the frames that are taken after "
            "it. stamp [s]; angular_velocity: x y z [rad/s]; linear_acceleration: x y z with "
            "gravity [m/s^2].")
+      .def("push_odometry", &PythonSlam::push_odometry, py::arg("stamp"), py::arg("T_odom_base"),
+           WithoutGil(),
+           "Adds a sample of the odometry of the robot that carries the camera "
+           "(Camera.T_camera_base), before the frames that are taken after it. stamp [s]; "
+           "T_odom_base: pose of the base, 4 x 4.")
       .def("snapshot", &snapshot_of, "State of the system (Snapshot), at any time.")
       .def_property_readonly("trajectory", &newest<kTrajectory>,
                              "Trajectory of the results, or of a snapshot before finish().")

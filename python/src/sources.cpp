@@ -158,20 +158,23 @@ std::string description(const Camera& c) {
          std::to_string(c.height) + ")";
 }
 
-Imu make_imu(const std::string& name,
-             const std::optional<std::array<std::array<double, 4>, 4>>& T_camera_imu,
+Imu make_imu(const std::string& name, const std::optional<Matrix4>& T_camera_imu,
              double time_offset) {
   Imu imu = find_imu(name);
   imu.time_offset = time_offset;
-  if (!T_camera_imu) return imu;
-  std::array<double, 16> numbers{};
-  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = (*T_camera_imu)[i / 4][i % 4];
-  const auto T = rigid_motion(numbers);
-  if (!T)
-    throw Error("T_camera_imu is no rigid motion", "Imu",
-                "give a rotation and a translation [m] as a 4 x 4 matrix");
-  imu.T_camera_imu = *T;
+  if (T_camera_imu) imu.T_camera_imu = motion_of(*T_camera_imu, "T_camera_imu");
   return imu;
+}
+
+py::object camera_base(const Camera& camera) {
+  if (!camera.wheels) return py::none();
+  return matrix_of(camera.wheels->T_camera_base);
+}
+
+void set_camera_base(Camera& camera, const std::optional<Matrix4>& T_camera_base) {
+  camera.wheels.reset();
+  if (T_camera_base)
+    camera.wheels = Wheels{.T_camera_base = motion_of(*T_camera_base, "T_camera_base")};
 }
 
 Signature camera_signature() {
@@ -279,6 +282,9 @@ void bind_camera(py::module_& module) {
                      "Mask image of the size of the images: pixels that are not black in it, such "
                      "as those of the robot itself, are ignored; empty: all pixels are used.")
       .def_readwrite("imu", &Camera::imu, "Imu of the camera, or None.")
+      .def_property("T_camera_base", &camera_base, &set_camera_base,
+                    "Pose of the base of a robot with wheels in the frame of the camera, 4 x 4, or "
+                    "None without wheels.")
       .def_property_readonly("matrix", &intrinsic_matrix, "Intrinsic matrix, 3x3 float64 [pixels].")
       .def("__repr__", &description);
 }

@@ -204,6 +204,25 @@ def test_a_gyroscope_is_pushed_with_the_frames(frames, camera):
         stillmap.Imu("d435")
 
 
+def test_the_odometry_of_wheels_gives_the_pose_in_the_dark(frames, camera):
+    on_wheels = stillmap.Camera(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                                depth_factor=camera.depth_factor)
+    assert on_wheels.T_camera_base is None
+    on_wheels.T_camera_base = np.eye(4)
+    np.testing.assert_array_equal(on_wheels.T_camera_base, np.eye(4))
+    slam = stillmap.Slam(on_wheels)
+    states = []
+    for frame in frames[:10]:
+        slam.push_odometry(frame.stamp, np.eye(4))
+        dark = len(states) >= 8
+        states.append(slam.push(np.zeros_like(frame.rgb) if dark else frame.rgb, frame.depth, frame.stamp).state)
+    assert states == ["tracked"] * 8 + ["predicted"] * 2
+    with pytest.raises(stillmap.Error, match="is on no wheels"):
+        stillmap.Slam(camera).push_odometry(1, np.eye(4))
+    with pytest.raises(stillmap.Error, match="no rigid motion"):
+        on_wheels.T_camera_base = 2 * np.eye(4)
+
+
 def test_nothing_is_pushed_after_the_end(frames, slam):
     slam.finish()
     with pytest.raises(stillmap.Error) as caught:

@@ -2,7 +2,7 @@
 """A camera in a process of its own: publishes a recording on color, depth and camera_info.
 
   camera.py RECORDING [--rate HZ] [--first N] [--count N] [--now] [--clock] [--best-effort] [--compressed]
-            [--late S] [--half] [--frame NAME] [--back S] [--repeat N] [--imu]
+            [--late S] [--half] [--frame NAME] [--back S] [--repeat N] [--imu] [--wheels]
 """
 import argparse
 import array
@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import rclpy
 from builtin_interfaces.msg import Time
+from nav_msgs.msg import Odometry
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
@@ -36,6 +37,7 @@ def parse():
     parser.add_argument("--half", action="store_true", help="images of half the size, with the whole camera_info")
     parser.add_argument("--back", type=float, default=0, help="time subtracted from the stamps [s]")
     parser.add_argument("--imu", action="store_true", help="publish the samples of imu0/data.csv, too")
+    parser.add_argument("--wheels", action="store_true", help="publish the samples of odometry.txt, too")
     parser.add_argument("--frame", default="camera_color_optical_frame")
     return parser.parse_args()
 
@@ -67,6 +69,7 @@ class Camera:
         self.depth = self.node.create_publisher(kind, depth, qos)
         self.info = self.node.create_publisher(CameraInfo, "camera_info", qos)
         self.imu = self.node.create_publisher(Imu, "imu", 400)
+        self.wheels = self.node.create_publisher(Odometry, "wheel_odometry", 400)
         self.clock = self.node.create_publisher(Clock, "/clock", 10)
 
     def wait(self):
@@ -102,12 +105,22 @@ class Camera:
             vector.x, vector.y, vector.z = map(float, numbers)
         self.imu.publish(message)
 
+    def publish_odometry(self, sample):
+        nanoseconds = round(sample[0] * 1e9)
+        message = Odometry(child_frame_id="base_link")
+        message.header.frame_id = "wheel_odom"
+        message.header.stamp = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
+        p, q = message.pose.pose.position, message.pose.pose.orientation
+        p.x, p.y, p.z, q.x, q.y, q.z, q.w = map(float, sample[1:])
+        self.wheels.publish(message)
+
     def play(self):
         frames = list(self.source)
         order = [frame for turn in range(self.arguments.repeat) for frame in (frames, frames[::-1])[turn % 2]]
         begin, waiting = time.monotonic(), []
         samples = np.loadtxt(f"{self.arguments.recording}/imu0/data.csv", delimiter=",") if self.arguments.imu else []
         samples = list(samples)
+        odometry = list(np.loadtxt(f"{self.arguments.recording}/odometry.txt") if self.arguments.wheels else [])
         for i, frame in enumerate(order):
             if self.arguments.rate:
                 time.sleep(max(0, begin + i / self.arguments.rate - time.monotonic()))
@@ -118,6 +131,8 @@ class Camera:
                 self.clock.publish(Clock(clock=stamp))
             while samples and samples[0][0] <= nanoseconds + 10**7:
                 self.publish_sample(samples.pop(0))
+            while odometry and odometry[0][0] * 1e9 <= nanoseconds + 3 * 10**7:
+                self.publish_odometry(odometry.pop(0))
             info, color, depth = self.messages(frame, stamp)
             self.info.publish(info)
             self.color.publish(color)

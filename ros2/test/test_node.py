@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node on ROS 2 with a camera in another process, and the messages that a robot and Nav2 receive."""
+import json
 import signal
 
+import cv2
 import numpy as np
 import pytest
 from conftest import FRAMES, command, stop
 from nav_msgs.srv import GetMap, LoadMap
 from std_srvs.srv import SetBool, Trigger
 from stillmap_ros.images import nanoseconds
-from stillmap_ros.transforms import inverse, matrix_of, matrix_of_pose
+from stillmap_ros.transforms import inverse, matrix_of, matrix_of_pose, quaternion_of
 
 LOCKSTEP = ("--rate", 0, "--clock")
 
@@ -119,7 +121,7 @@ def test_a_gyroscope_is_used_and_told_if_it_is_wrong(processes, robot, tmp_path)
     command("simulate", "--people", 0, "--frames", FRAMES, "--width", 320, "--height", 240, "--camera", "rpy", "--imu", "d435i",
             "--out", folder)
     node = play(processes, robot, folder, "--imu", imu=True, results=tmp_path / "right")
-    assert int(robot.values()[0]["IMU samples"]) > 5 * FRAMES
+    assert int(robot.values()[0]["samples: imu"]) > 5 * FRAMES
     assert robot.values()[0]["findings"] == ""
     stop(node)
     data = np.loadtxt(folder / "imu0" / "data.csv", delimiter=",")
@@ -129,6 +131,24 @@ def test_a_gyroscope_is_used_and_told_if_it_is_wrong(processes, robot, tmp_path)
     node = play(processes, robot, folder, "--imu", imu=True, results=tmp_path / "wrong")
     stop(node)
     assert "gyroscope-unlike" in (tmp_path / "wrong" / "summary.json").read_text()
+
+
+def test_seconds_without_images_are_bridged_by_wheels(processes, robot, tmp_path, base_to_camera):
+    folder = tmp_path / "sequence"
+    command("simulate", "--people", 0, "--frames", FRAMES, "--width", 320, "--height", 240, "--wheels", "--out", folder)
+    dark = sorted((folder / "rgb").iterdir())[20:35]
+    for file in dark:
+        cv2.imwrite(str(file), np.zeros((240, 320, 3), np.uint8))
+    rows = np.loadtxt(folder / "odometry.txt")  # of a base that is the camera
+    for row in rows:
+        T_odom_base = matrix_of_pose(*row[1:]) @ inverse(base_to_camera)
+        row[1:] = [*T_odom_base[:3, 3], *quaternion_of(T_odom_base[:3, :3])]
+    np.savetxt(folder / "odometry.txt", rows, fmt="%.9f")
+    stop(play(processes, robot, folder, "--wheels", wheels=True, results=tmp_path / "results"))
+    assert int(robot.values()[0]["samples: wheels"]) > FRAMES
+    frames = json.loads((tmp_path / "results" / "summary.json").read_text())["frames"]
+    assert frames["predicted"] >= len(dark) - 2
+    assert frames["tracked"] == FRAMES
 
 
 def test_compressed_topics_and_late_depth(processes, robot, recording):

@@ -210,11 +210,12 @@ void visit_tracking_options(Group& tracking, const Visitor& visit) {
        "sharp-keyframes (blurred frames give no keyframe), three-views (a frame is compared with "
        "the landmarks of the reference keyframe that three keyframes observe, not two), "
        "far-landmarks (landmarks are created from depths up to twice as far), odometry (tracking "
-       "continues by visual odometry outside a map that is not extended) and gyroscope (rotations "
-       "by the gyroscope of the camera's IMU support poses, if it has one).",
+       "continues by visual odometry outside a map that is not extended), gyroscope (rotations "
+       "by the gyroscope of the camera's IMU support poses, if it has one) and dead-reckoning "
+       "(IMU and wheels give the pose of a lost camera).",
        {"subpixel", "foreground-depth", "sensor-noise", "previous-frame-points", "exposure",
         "occlusion", "consistency", "sharp-keyframes", "three-views", "far-landmarks", "odometry",
-        "gyroscope"}},
+        "gyroscope", "dead-reckoning"}},
       tracking.extensions);
   visit({"tracking.new_map_after",
          "frames",

@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/geometry/depth_sensor.hpp"
 #include "stillmap/geometry/imu.hpp"
+#include "stillmap/geometry/wheels.hpp"
 
 #include <optional>
 #include <string>
@@ -52,6 +53,8 @@ struct Camera {
   /// The inertial measurement unit fixed to the camera; none if there is none, or if it is not
   /// known.
   std::optional<Imu> imu = std::nullopt;
+  /// The wheels of the robot that carries the camera; none if there are none.
+  std::optional<Wheels> wheels = std::nullopt;
   /// Mask image of the size of the recorded images: pixels that are not black in it, such as those
   /// of the robot's own gripper, are ignored. Empty: all pixels are used.
   std::string ignore = {};

@@ -79,6 +79,13 @@ Eigen::Vector3d Preintegration::position(const ImuBias& bias) const {
          position_by_accel_ * (bias.accel - bias_.accel);
 }
 
+Eigen::Matrix<double, 9, 6> Preintegration::by_bias() const {
+  Eigen::Matrix<double, 9, 6> J;
+  J << rotation_by_gyro_, Eigen::Matrix3d::Zero(), velocity_by_gyro_, velocity_by_accel_,
+      position_by_gyro_, position_by_accel_;
+  return J;
+}
+
 std::optional<Preintegration> preintegrate(std::span<const ImuSample> samples, double begin,
                                            double end, const Imu& imu, const ImuBias& bias) {
   const auto earlier = [](const ImuSample& sample, double time) { return sample.timestamp < time; };

@@ -47,6 +47,9 @@ class Preintegration {
 
   /// Derivative of the rotation vector, in the frame at time j, by the bias of the gyroscope.
   const Eigen::Matrix3d& rotation_by_gyro() const { return rotation_by_gyro_; }
+  /// Derivatives of (rotation vector in the frame at time j, velocity, position) by the biases of
+  /// gyroscope and accelerometer.
+  Eigen::Matrix<double, 9, 6> by_bias() const;
 
   /// Covariance of (rotation vector in the frame at time j, velocity, position) due to the noise of
   /// the measurements, without that of the biases.

@@ -34,6 +34,11 @@ struct KeyframeProposal {
   /// was made before the velocity of the camera was known or from moving objects; otherwise
   /// invalid.
   KeyframeId replaced = {};
+  /// Whether the frame shows a part of the component that was not seen before: see Tracker.
+  bool unseen = false;
+
+  /// Returns whether none of the landmarks is in view: a component or an unseen part starts.
+  bool starts_part() const { return unseen || !reference.valid(); }
 };
 
 }  // namespace stillmap

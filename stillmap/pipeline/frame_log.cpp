@@ -5,6 +5,7 @@
 #include "stillmap/track/moving_majority.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace stillmap {
@@ -73,7 +74,29 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
     record_of(tracked.earlier->frame_index).state = TrackState::kTracking;
     earlier_[record.index] = *tracked.earlier;
   }
+  if (tracked.has_pose() && tracked.T_world_predicted) correct_predicted(tracked);
   records_.push_back(std::move(record));
+}
+
+/// Distributes the error of the poses by IMU or wheels, as known with the first pose after them,
+/// over these, by the square of the time since the last pose before.
+void FrameLog::correct_predicted(const TrackedFrame& tracked) {
+  const Pose T_world_reference = *tracked.T_world_camera * tracked.T_reference_camera.inverse();
+  const Pose end = T_world_reference.inverse() * *tracked.T_world_predicted;
+  const Pose& correct = tracked.T_reference_camera;
+  const Eigen::Vector3d moved = correct.translation() - end.translation(),
+                        turned = so3_log(correct.quaternion() * end.quaternion().conjugate());
+  const auto before = std::find_if(records_.rbegin(), records_.rend(), [&](const FrameRecord& r) {
+    return !r.predicted() || r.reference != tracked.reference;
+  });
+  if (before == records_.rend()) return;
+  const double duration = tracked.frame->timestamp() - before->timestamp;
+  for (auto record = records_.rbegin(); record != before; ++record) {
+    const double share = std::pow((record->timestamp - before->timestamp) / duration, 2);
+    const Pose& T = record->T_reference_camera;
+    record->T_reference_camera =
+        Pose(so3_exp(share * turned) * T.quaternion(), T.translation() + share * moved);
+  }
 }
 
 std::size_t FrameLog::position(std::size_t frame_index) const {
@@ -112,7 +135,7 @@ void FrameLog::place(std::size_t frame_index, KeyframeId reference, const Pose& 
                      const PoseEstimate& estimate) {
   const std::scoped_lock lock(mutex_);
   FrameRecord& frame = record_of(frame_index);
-  frame.tracked_late = !frame.has_pose();
+  frame.tracked_late = !frame.has_pose() || frame.predicted();
   frame.state = TrackState::kTracking;
   frame.reference = reference;
   frame.T_reference_camera = T_reference_camera;

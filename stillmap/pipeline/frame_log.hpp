@@ -59,7 +59,9 @@ struct FrameRecord {
   TrackingTimes times;
 
   bool uncertain() const { return uncertainty != Uncertainty::kNone; }
-  bool has_pose() const { return state == TrackState::kStarted || state == TrackState::kTracking; }
+  bool has_pose() const { return state != TrackState::kWaiting && state != TrackState::kLost; }
+  /// Returns whether the pose is by an IMU or wheels alone.
+  bool predicted() const { return state == TrackState::kPredicted; }
   /// Returns the share of keypoints that are labeled as moving [0..1].
   double moving_share() const {
     return keypoints > 0 ? static_cast<double>(moving_keypoints) / keypoints : 0;
@@ -141,6 +143,7 @@ class FrameLog {
   void add_times_to(StageTimes& times) const;
 
  private:
+  void correct_predicted(const TrackedFrame& tracked);
   FrameRecord& record_of(std::size_t frame_index) { return records_[position(frame_index)]; }
 
   bool extends_map_;

@@ -74,7 +74,7 @@ template <typename Io, typename Value>
 void visit(Io io, Value& value) requires std::same_as<std::remove_const_t<Value>, FrameRecord> {
   io(value.index);
   io(value.timestamp);
-  io(value.state, TrackState::kLost);
+  io(value.state, TrackState::kPredicted);
   io(value.reason);
   io(value.reference);
   io(value.T_reference_camera);

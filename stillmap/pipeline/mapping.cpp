@@ -27,7 +27,6 @@ Mapping::Mapping(Map map, const SlamParameters& options, bool extend)
       final_adjustment_(options.final_adjustment),
       extend_(extend),
       extended_(extend),
-      components_started_(next_component(map)),
       maker_(std::move(map), options) {
   // In lockstep the tracker waits for a global adjustment, so it must not wait for an idle core.
   const auto adjuster_priority =
@@ -120,16 +119,16 @@ void Mapping::push(const TrackedFramePtr& tracked) {
     stage_->push({tracked, extend_});
     const std::size_t inserted = now + static_cast<std::size_t>(schedule_.insert_delay);
     // The snapshot of a new map does not wait for pending updates of the previous one.
-    if (tracked->state == TrackState::kStarted)
+    if (tracked->starts_part())
       for (std::size_t& due : due_) due = std::min(due, inserted);
     expect(inserted);
     expect(now + static_cast<std::size_t>(schedule_.refine_delay));
-    if (tracked->state == TrackState::kStarted) {
-      ++components_started_;
-      await_first_snapshot_ = true;
+    if (tracked->starts_part()) {
+      awaited_ = now;
       relocalization_outdated_ = relocalizing_;
     }
-  } else if ((tracked->state == TrackState::kLost || tracked->tracked_by_odometry) &&
+  } else if ((tracked->state == TrackState::kLost || tracked->state == TrackState::kPredicted ||
+              tracked->tracked_by_odometry) &&
              !relocalizing_) {
     stage_->push({tracked, extend_});
     expect(now + static_cast<std::size_t>(schedule_.relocalize_delay));
@@ -145,8 +144,7 @@ void Mapping::expect(std::size_t frame_index) {
 
 std::optional<Mapping::MapUpdate> Mapping::next_update(std::size_t frame_index) {
   if (due_.empty() || (!schedule_.realtime && due_.front() > frame_index)) return std::nullopt;
-  const bool wait =
-      !schedule_.realtime || await_first_snapshot_ || due_.size() > kMaxPendingUpdates;
+  const bool wait = !schedule_.realtime || awaited_ || due_.size() > kMaxPendingUpdates;
   auto update = wait ? stage_->pop() : stage_->try_pop();
   if (update) due_.pop_front();
   return update;
@@ -159,7 +157,7 @@ MapView Mapping::view_for(std::size_t frame_index) {
     if (update->made.id.valid()) view.made.push_back(update->made);
     if (update->local_map) {
       newest_ = update->local_map;
-      if (newest_->component + 1 == components_started_) await_first_snapshot_ = false;
+      if (awaited_ && newest_->made_for_frame >= *awaited_) awaited_.reset();
     } else {
       relocalizing_ = false;
       not_found_ = std::move(update->not_found);

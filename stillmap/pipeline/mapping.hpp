@@ -109,16 +109,16 @@ class Mapping {
 
   const ScheduleOptions schedule_;
   const bool final_adjustment_;
-  bool extend_;                           // whether frames extend the map now
-  bool extended_;                         // whether they ever did
-  std::uint32_t components_started_ = 0;  // number of components so far
+  bool extend_;    // whether frames extend the map now
+  bool extended_;  // whether they ever did
 
   // used by the mapping thread until drain()
   MapMaker maker_;
   std::size_t adjusting_ = 0;    // number of bundles without a received solution
   std::size_t adjusted_by_ = 0;  // frame from which the newest solution is applied
 
-  bool await_first_snapshot_ = false;     // a new map has no snapshot yet
+  // The frame that starts a map or a part of it, while there is no snapshot with its keyframe.
+  std::optional<std::size_t> awaited_;
   bool relocalizing_ = false;             // a relocalization is pending
   bool relocalization_outdated_ = false;  // a map was started after the pending request
   std::deque<std::size_t> due_;  // frame from which each update still to be taken is visible

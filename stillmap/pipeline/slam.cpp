@@ -16,8 +16,8 @@
 #include "stillmap/sensor/frame_check.hpp"
 #include "stillmap/sensor/frame_maker.hpp"
 #include "stillmap/sensor/halved.hpp"
-#include "stillmap/sensor/imu_buffer.hpp"
 #include "stillmap/sensor/require_image.hpp"
+#include "stillmap/sensor/sample_buffer.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -146,7 +146,8 @@ struct Slam::Impl {
   const bool rectifies;  // whether the images are distorted or have ignored pixels
   std::vector<std::weak_ptr<const RgbdFrame>> rectified;  // frames made but not pushed yet
   FrameSelection selection;
-  ImuBuffer imu;
+  SampleBuffer<ImuSample> imu;
+  SampleBuffer<OdometrySample> odometry;
   FrameCheck check;
   std::size_t next_index = 0;
   Subscribers<PoseUpdate> pose;
@@ -185,6 +186,8 @@ void Slam::Impl::require_pushable(const RgbdFramePtr& frame) {
 PoseUpdate Slam::Impl::track(const RgbdFramePtr& frame) {
   auto tracked = std::make_shared<RgbdFrame>(options.input.half_size ? halved(*frame) : *frame);
   if (tracked->imu.empty()) tracked->imu = samples_until(imu.samples(), frame->timestamp);
+  if (tracked->odometry.empty())
+    tracked->odometry = samples_until(odometry.samples(), frame->timestamp);
   system.push(tracked);
   check.add(*tracked);
   return pose_update(*system.newest(), system.view().not_found);
@@ -272,6 +275,20 @@ void Slam::push_imu(const ImuSample& sample) {
   ImuSample by_images = sample;
   by_images.timestamp -= imu->time_offset;
   impl_->imu.add(by_images);
+}
+
+void Slam::push_odometry(const OdometrySample& sample) {
+  constexpr const char* kWhere = "Slam::push_odometry";
+  impl_->require_running(kWhere);
+  const Camera& camera = impl_->frames.camera();
+  if (!camera.wheels) {
+    throw Error(fmt::format("camera '{}' is on no wheels", camera.name), kWhere,
+                "set Camera::wheels, or the key T_camera_base of the camera file");
+  }
+  if (!std::isfinite(sample.timestamp) || !sample.T_odom_base.translation().allFinite() ||
+      !sample.T_odom_base.quaternion().coeffs().allFinite())
+    throw Error("a number of the sample is not finite", kWhere, "leave such samples out");
+  impl_->odometry.add(sample);
 }
 
 PoseUpdate Slam::push(const cv::Mat& color, const cv::Mat& depth, double timestamp) {

@@ -107,6 +107,29 @@ TEST(SlamApi, PushedSamplesOfTheImuActAsThoseOfTheFrames) {
   EXPECT_FALSE(same_bytes(trajectory(false, false), of_frames)) << "they have no effect";
 }
 
+TEST(SlamApi, APushedOdometryGivesThePoseInTheDark) {
+  const Recording& rec = recording(0, "xyz");
+  Camera camera = rec.sequence->camera();
+  camera.wheels = Wheels();
+  Slam slam(camera, small_options());
+  for (const RgbdFramePtr& frame : rec.frames) {
+    if (frame->index == 30) break;
+    const bool dark = frame->index >= 20;
+    auto pushed = std::make_shared<RgbdFrame>(*frame);
+    if (dark) pushed->gray = recorded::black(frame->gray);
+    slam.push_odometry({frame->timestamp, rec.sequence->motion(frame->timestamp)});
+    const PoseUpdate update = slam.push(pushed);
+    EXPECT_EQ(update.state, dark ? PoseState::kPredicted : PoseState::kTracked) << frame->index;
+    EXPECT_EQ(update.certain, !dark) << frame->index;
+    EXPECT_EQ(update.reason.empty(), !dark) << frame->index;
+    ASSERT_TRUE(update.T_world_camera) << frame->index;
+    const Pose truth =
+        rec.sequence->T_world_camera(0).inverse() * rec.sequence->T_world_camera(frame->index);
+    EXPECT_LT((truth.inverse() * *update.T_world_camera).translation().norm(), 0.02);
+    EXPECT_TRUE(!dark || update.covariance.trace() > 0) << frame->index;
+  }
+}
+
 TEST(SlamApi, SamplesThatCannotBeUsedAreAnError) {
   Slam without = slam_for(recording(0, "xyz"));
   EXPECT_THAT(error_of([&] { without.push_imu({.timestamp = 1}); }),
@@ -116,6 +139,8 @@ TEST(SlamApi, SamplesThatCannotBeUsedAreAnError) {
                 with.push_imu({.timestamp = 1, .angular_velocity = {0, std::nan(""), 0}});
               }),
               HasSubstr("is not finite"));
+  EXPECT_THAT(error_of([&] { without.push_odometry({}); }),
+              AllOf(HasSubstr("is on no wheels"), HasSubstr("T_camera_base")));
 }
 
 TEST(SlamApi, ASnapshotAfterTheEndShowsTheResults) {

@@ -101,6 +101,7 @@ void set_extensions(const std::vector<std::string>& names, SlamParameters& to) {
   to.tracker.consistency_test = has("consistency");
   to.tracker.tracked_by_odometry = has("odometry");
   to.tracker.gyroscope = has("gyroscope");
+  to.tracker.dead_reckoning = has("dead-reckoning");
 }
 
 void set_map(const Options::Map& from, SlamParameters& to) {

@@ -42,6 +42,7 @@ MovingObject moving_object(int id, const std::string& class_name, const MoverSam
 
 PoseState pose_state(TrackState state) {
   if (state == TrackState::kWaiting) return PoseState::kNoMap;
+  if (state == TrackState::kPredicted) return PoseState::kPredicted;
   return state == TrackState::kLost ? PoseState::kLost : PoseState::kTracked;
 }
 
@@ -84,7 +85,7 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
 }
 
 PoseUpdate pose_update(const TrackedFrame& tracked, const std::string& not_found) {
-  const bool searched = tracked.state == TrackState::kLost && !not_found.empty();
+  const bool searched = !tracked.has_pose() && !not_found.empty();
   return {.frame_index = tracked.frame->index(),
           .timestamp = tracked.frame->timestamp(),
           .state = pose_state(tracked.state),
@@ -93,9 +94,11 @@ PoseUpdate pose_update(const TrackedFrame& tracked, const std::string& not_found
           .reason = searched ? tracked.reason + "; " + not_found : tracked.reason,
           .inliers = tracked.inliers,
           .relocalized = tracked.relocalized,
-          .certain = uncertainty_of(tracked) == Uncertainty::kNone,
-          .covariance =
-              covariance_factor(moving_share(tracked.frame->evidence.weight)) * tracked.covariance};
+          .certain = tracked.has_pose() && uncertainty_of(tracked) == Uncertainty::kNone,
+          .covariance = tracked.T_world_predicted
+                            ? tracked.covariance
+                            : covariance_factor(moving_share(tracked.frame->evidence.weight)) *
+                                  tracked.covariance};
 }
 
 std::vector<MovingObject> moving_objects(const std::vector<Mover>& movers) {

@@ -157,6 +157,15 @@ ImuMessage decode_imu(ByteSpan bytes, const std::string& encoding) {
   return imu;
 }
 
+OdometryMessage decode_odometry(ByteSpan bytes, const std::string& encoding) {
+  MessageReader in(bytes, encoding);
+  OdometryMessage odometry;
+  odometry.header = in.header();
+  odometry.child = in.frame();
+  odometry.T_odom_base = in.transform();
+  return odometry;
+}
+
 std::vector<FrameTransform> decode_transforms(ByteSpan bytes, const std::string& encoding) {
   MessageReader in(bytes, encoding);
   constexpr std::size_t kSmallest = 7 * sizeof(double);  // of one transform [bytes]

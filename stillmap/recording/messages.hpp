@@ -56,6 +56,13 @@ struct ImuMessage {
   std::array<double, 3> linear_acceleration{};  ///< With gravity [m/s^2].
 };
 
+/// Pose of a robot's base (nav_msgs/Odometry).
+struct OdometryMessage {
+  MessageHeader header;
+  std::string child;  ///< Coordinate frame of the base, without a leading slash.
+  Pose T_odom_base;
+};
+
 /// A transform between two coordinate frames (geometry_msgs/TransformStamped).
 struct FrameTransform {
   std::string parent, child;  ///< Names without a leading slash.
@@ -69,6 +76,7 @@ ImageMessage decode_image(ByteSpan bytes, const std::string& encoding);
 CompressedImageMessage decode_compressed_image(ByteSpan bytes, const std::string& encoding);
 CameraInfoMessage decode_camera_info(ByteSpan bytes, const std::string& encoding);
 ImuMessage decode_imu(ByteSpan bytes, const std::string& encoding);
+OdometryMessage decode_odometry(ByteSpan bytes, const std::string& encoding);
 std::vector<FrameTransform> decode_transforms(ByteSpan bytes, const std::string& encoding);
 /// geometry_msgs/Transform.
 Pose decode_transform(ByteSpan bytes, const std::string& encoding);

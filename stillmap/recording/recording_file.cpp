@@ -23,7 +23,8 @@ constexpr std::int64_t kUnknownStamp = -1;
 
 bool has_header(const std::string& type) {
   return type == "sensor_msgs/Image" || type == "sensor_msgs/CompressedImage" ||
-         type == "sensor_msgs/CameraInfo" || type == "sensor_msgs/Imu";
+         type == "sensor_msgs/CameraInfo" || type == "sensor_msgs/Imu" ||
+         type == "nav_msgs/Odometry";
 }
 
 bool starts_with_zstd(ByteSpan bytes) {
@@ -62,11 +63,10 @@ std::string without_msg(std::string_view type) {
 
 bool is_read_type(const std::string& type) {
   static const std::set<std::string> kTypes{
-      "sensor_msgs/Image",       "sensor_msgs/CompressedImage",
-      "sensor_msgs/CameraInfo",  "sensor_msgs/Imu",
-      "tf2_msgs/TFMessage",      "tf/tfMessage",
-      "geometry_msgs/Transform", "std_msgs/Float32",
-      "std_msgs/String",         "diagnostic_msgs/KeyValue"};
+      "sensor_msgs/Image", "sensor_msgs/CompressedImage", "sensor_msgs/CameraInfo",
+      "sensor_msgs/Imu",   "nav_msgs/Odometry",           "tf2_msgs/TFMessage",
+      "tf/tfMessage",      "geometry_msgs/Transform",     "std_msgs/Float32",
+      "std_msgs/String",   "diagnostic_msgs/KeyValue"};
   return kTypes.contains(type);
 }
 

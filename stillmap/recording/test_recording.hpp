@@ -313,6 +313,18 @@ struct TestCamera {
     put(std::vector<double>(9, 0));
     return writer.bytes();
   }
+  /// @param numbers  position and quaternion x y z w
+  std::string odometry(std::int64_t stamp, const std::string& child,
+                       const std::vector<double>& numbers) const {
+    MessageWriter writer(kind);
+    writer
+        .header(static_cast<std::uint32_t>(stamp / 1'000'000'000),
+                static_cast<std::uint32_t>(stamp % 1'000'000'000), "odom")
+        .text(child);
+    for (const double number : numbers) writer.put(number);
+    for (int i = 0; i < 36 + 6 + 36; ++i) writer.put(0.0);  // covariances and velocities
+    return writer.bytes();
+  }
   std::string transform(const std::string& parent, const std::string& child,
                         const std::vector<double>& numbers) const {
     MessageWriter writer(kind);

@@ -50,7 +50,7 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
   erase_repeated(proposal.repeated);
   create_from_depth(
       map_, keyframe.id,
-      begins_component ? options_.max_first_landmark_sigma : options_.max_landmark_sigma,
+      proposal.starts_part() ? options_.max_first_landmark_sigma : options_.max_landmark_sigma,
       options_.fewest_depth_landmarks);
   return keyframe.id;
 }

@@ -27,6 +27,8 @@ const char* name_of(TrackState state) {
       return "tracking";
     case TrackState::kLost:
       return "lost";
+    case TrackState::kPredicted:
+      return "predicted";
   }
   return "";
 }
@@ -134,7 +136,7 @@ std::vector<RunEvent> run_events(const SlamResult& result) {
     events.push_back({timestamp, std::move(text)});
   };
   bool any_map = false;
-  bool was_lost = false, was_odometry = false;
+  bool was_lost = false, was_odometry = false, was_predicted = false;
   for (const FrameRecord& f : result.frames) {
     const bool lost = f.state == TrackState::kLost || (f.tracked_late && !f.reason.empty());
     if (lost && !was_lost) add(f.timestamp, "lost: " + f.reason);
@@ -145,8 +147,11 @@ std::vector<RunEvent> run_events(const SlamResult& result) {
       add(f.timestamp, "tracking again");
     }
     if (f.tracked_by_odometry && !was_odometry) add(f.timestamp, "left the map");
+    if (f.predicted() && !was_predicted)
+      add(f.timestamp, "pose by IMU or wheels alone: " + f.reason);
     any_map |= f.state == TrackState::kStarted;
     was_odometry = f.tracked_by_odometry;
+    was_predicted = f.predicted();
     was_lost = lost;
   }
   for (const MapEvent& e : result.events) add(e.timestamp, text_of(e));
@@ -202,6 +207,8 @@ std::string map_events_text(const SlamResult& result) {
   text += uncertain_spans_text(result);
   add(frames_with(result, &FrameRecord::tracked_by_odometry), "frame tracked by visual odometry",
       "frames tracked by visual odometry");
+  add(frames_with(result, &FrameRecord::predicted), "frame with a pose by IMU or wheels alone",
+      "frames with a pose by IMU or wheels alone");
   return text;
 }
 

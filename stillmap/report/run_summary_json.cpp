@@ -82,7 +82,8 @@ nlohmann::json frames_json(const RunRecord& record) {
           {"highly_dynamic", highly_dynamic_json(record.result)},
           {"highly_dynamic_periods", highly_dynamic_periods_json(record.result)},
           {"tracked_late", frames_with(record.result, &FrameRecord::tracked_late)},
-          {"tracked_by_odometry", frames_with(record.result, &FrameRecord::tracked_by_odometry)}};
+          {"tracked_by_odometry", frames_with(record.result, &FrameRecord::tracked_by_odometry)},
+          {"predicted", frames_with(record.result, &FrameRecord::predicted)}};
 }
 
 /// Returns the camera with the timing of its shutters [s], and where the timing comes from.

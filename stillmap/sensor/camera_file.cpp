@@ -121,6 +121,16 @@ Camera camera_in(const fs::path& file, const ImageSize& image_size) {
   return camera;
 }
 
+/// Returns the lines of a key with a rigid motion.
+std::string motion_text(const char* key, const Pose& T) {
+  const Eigen::Matrix3d R = T.rotation();
+  const Eigen::Vector3d& t = T.translation();
+  std::string text = fmt::format("{}:  # rotation and translation [m], row by row\n  [", key);
+  for (Eigen::Index i = 0; i < 3; ++i)
+    text += fmt::format("{}, {}, {}, {},\n   ", R(i, 0), R(i, 1), R(i, 2), t(i));
+  return text + "0, 0, 0, 1]\n";
+}
+
 }  // namespace
 
 const std::vector<std::string>& camera_presets() {
@@ -200,17 +210,14 @@ void write_camera(const fs::path& file, const Camera& camera) {
                         camera.disparity_bias.bow);
   }
   if (camera.imu) {
-    const Eigen::Matrix3d R = camera.imu->T_camera_imu.rotation();
-    const Eigen::Vector3d& t = camera.imu->T_camera_imu.translation();
-    text += fmt::format("imu: {}\nT_camera_imu:  # rotation and translation [m], row by row\n  [",
-                        camera.imu->name);
-    for (Eigen::Index i = 0; i < 3; ++i)
-      text += fmt::format("{}, {}, {}, {},\n   ", R(i, 0), R(i, 1), R(i, 2), t(i));
+    text += fmt::format("imu: {}\n", camera.imu->name) +
+            motion_text("T_camera_imu", camera.imu->T_camera_imu);
     text += fmt::format(
-        "0, 0, 0, 1]\nimu_time_offset: {}  # seconds, stamp of a sample minus time of "
-        "an image of the same moment\n",
+        "imu_time_offset: {}  # seconds, stamp of a sample minus time of an image of the same "
+        "moment\n",
         camera.imu->time_offset);
   }
+  if (camera.wheels) text += motion_text("T_camera_base", camera.wheels->T_camera_base);
   if (!camera.ignore.empty()) {
     YAML::Emitter ignore;
     ignore << YAML::DoubleQuoted

@@ -114,6 +114,7 @@ void refuse_unknown_keys(const CameraValues& values) {
                    "ignore",
                    "imu",
                    "T_camera_imu",
+                   "T_camera_base",
                    "imu_time_offset"};
   for (const auto& key : values.keys()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
@@ -131,6 +132,15 @@ DepthSensor sensor_of(const CameraValues& values, const Camera& camera) {
   return depth_sensor_of(name, camera.fx, values.number_or({"baseline"}, camera.baseline));
 }
 
+/// Returns the rigid motion of a key.
+Pose motion_of(const CameraValues& values, const char* key) {
+  const std::vector<double> v = values.matrix(key, 16);
+  const auto T = rigid_motion(std::span(v).first<16>());
+  if (T) return *T;
+  throw Error("is no rigid motion", values.where(key),
+              "give a rotation and a translation [m] as a 4 x 4 matrix, row by row");
+}
+
 std::optional<Imu> imu_of(const CameraValues& values) {
   if (!values.has({"imu"})) {
     if (const auto key = values.find({"T_camera_imu", "imu_time_offset"}))
@@ -141,13 +151,7 @@ std::optional<Imu> imu_of(const CameraValues& values) {
   }
   Imu imu = find_imu(values.text("imu"));
   imu.time_offset = values.number_or({"imu_time_offset"}, 0);
-  if (!values.has({"T_camera_imu"})) return imu;
-  const std::vector<double> v = values.matrix("T_camera_imu", 16);
-  const auto T = rigid_motion(std::span(v).first<16>());
-  if (!T)
-    throw Error("is no rigid motion", values.where("T_camera_imu"),
-                "give a rotation and a translation [m] as a 4 x 4 matrix, row by row");
-  imu.T_camera_imu = *T;
+  if (values.has({"T_camera_imu"})) imu.T_camera_imu = motion_of(values, "T_camera_imu");
   return imu;
 }
 
@@ -169,6 +173,8 @@ FileCamera from_our_own(const CameraValues& values) {
   camera.disparity_bias = {.offset = values.number_or({"disparity_offset"}, 0),
                            .bow = values.number_or({"disparity_bow"}, 0)};
   camera.imu = imu_of(values);
+  if (values.has({"T_camera_base"}))
+    camera.wheels = Wheels{.T_camera_base = motion_of(values, "T_camera_base")};
   if (values.has({"ignore"})) camera.ignore = values.file().parent_path() / values.text("ignore");
   if (values.has({"name"})) camera.name = values.text("name");
   if (values.has({"distortion"}))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/imu.hpp"
+#include "stillmap/geometry/wheels.hpp"
 #include "stillmap/sensor/frame_source.hpp"
 
 #include <memory>
@@ -8,12 +9,18 @@
 
 namespace stillmap {
 
-/// A source whose frames contain the samples of an IMU that were recorded with them.
+/// Samples of an IMU and of wheels that were recorded with frames, by increasing time.
+struct MotionSamples {
+  std::vector<ImuSample> imu;            ///< With the time stamps of the IMU.
+  std::vector<OdometrySample> odometry;  ///< With the time stamps of the images.
+  bool empty() const { return imu.empty() && odometry.empty(); }
+};
+
+/// A source whose frames contain the samples of an IMU and of wheels that were recorded with them.
 class InertialSource : public FrameSource {
  public:
-  /// @param source   its camera has an IMU
-  /// @param samples  with the time stamps of the IMU
-  InertialSource(std::unique_ptr<FrameSource> source, std::vector<ImuSample> samples);
+  /// @param source   its camera has an IMU or wheels if there are samples of them
+  InertialSource(std::unique_ptr<FrameSource> source, MotionSamples samples);
 
   const Camera& camera() const override { return source_->camera(); }
   RgbdFramePtr next() override;
@@ -24,7 +31,7 @@ class InertialSource : public FrameSource {
 
  private:
   std::unique_ptr<FrameSource> source_;
-  std::vector<ImuSample> samples_;  // by the clock of the images
+  MotionSamples samples_;  // by the clock of the images
 };
 
 }  // namespace stillmap

@@ -8,9 +8,9 @@
 #include "stillmap/sensor/followed_folder.hpp"
 #include "stillmap/sensor/halved.hpp"
 #include "stillmap/sensor/image_sizes.hpp"
-#include "stillmap/sensor/imu_file.hpp"
 #include "stillmap/sensor/inertial_source.hpp"
 #include "stillmap/sensor/live_source.hpp"
+#include "stillmap/sensor/motion_files.hpp"
 #include "stillmap/sensor/realsense_camera.hpp"
 #include "stillmap/sensor/recording_source.hpp"
 #include "stillmap/sensor/rotated.hpp"
@@ -204,6 +204,7 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
   const std::string path = folder_of(text);
   check_kind(text, path, options);
   std::unique_ptr<FrameSource> source;
+  MotionSamples samples;
   if (names_live_camera(text)) {
     source = open_live_camera(text, options);
   } else if (names_recording(text)) {
@@ -213,10 +214,8 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
     }
     auto recording = std::make_unique<RecordingSource>(
         path, given_camera(path, options), options.topics, range_of(options), options.ignore);
-    std::vector<ImuSample> samples = recording->imu_samples();
+    samples = recording->motion_samples();
     source = std::move(recording);
-    if (!samples.empty())
-      source = std::make_unique<InertialSource>(std::move(source), std::move(samples));
   } else if (is_stereo_folder(path)) {
     source = open_stereo_folder(path, options);
   } else {
@@ -227,8 +226,9 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
       source = open(/*growing=*/false);
     }
   }
-  if (const auto file = imu_file_in(path); !file.empty() && source->camera().imu)
-    source = std::make_unique<InertialSource>(std::move(source), read_imu(file));
+  if (samples.empty()) samples = motion_samples_in(path, source->camera());
+  if (!samples.empty())
+    source = std::make_unique<InertialSource>(std::move(source), std::move(samples));
   if (options.rotate != 0) {
     const Camera camera = rotated(source->camera(), options.rotate);
     source = std::make_unique<ConvertedSource>(

@@ -7,6 +7,7 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/geometry/association.hpp"
 #include "stillmap/recording/imu_stream.hpp"
+#include "stillmap/recording/odometry_stream.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/depth_image.hpp"
 #include "stillmap/sensor/first_depth.hpp"
@@ -163,6 +164,7 @@ void RecordingSource::choose_cameras(const std::optional<Camera>& camera,
   recorded_ = camera ? *camera : color_camera(recording_, streams_);
   if (!ignore.empty()) recorded_.ignore = ignore;
   find_imu_samples();
+  find_odometry();
   if (camera) {
     rectifier_.emplace(recorded_);
   } else {
@@ -189,7 +191,25 @@ void RecordingSource::find_imu_samples() {
     return;
   }
   imu_note_ = topic;
-  imu_samples_ = std::move(stream->samples);
+  motion_samples_.imu = std::move(stream->samples);
+}
+
+/// Takes the samples of the recorded odometry if its pose is known by the camera file or by the
+/// recording.
+void RecordingSource::find_odometry() {
+  auto stream = find_odometry_stream(recording_, streams_);
+  if (!stream) return;
+  if (!recorded_.wheels && stream->T_color_base)
+    recorded_.wheels = Wheels{.T_camera_base = *stream->T_color_base};
+  odometry_note_ = "odometry: " + printable(stream->topic);
+  if (recorded_.wheels) {
+    motion_samples_.odometry = std::move(stream->samples);
+  } else {
+    odometry_note_ += fmt::format(
+        "; it is not used, since no transform from frame {} to frame {} is recorded: give "
+        "T_camera_base in a camera file",
+        printable(streams_.color.frame), printable(stream->frame));
+  }
 }
 
 void RecordingSource::choose_pair(const std::optional<Camera>& camera, const std::string& ignore) {
@@ -416,7 +436,8 @@ std::vector<std::string> RecordingSource::notes() const {
       camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
       rectifier_->active() ? ", distorted (will be rectified)" : "", camera.depth_sensor.name,
       given_ || streams_.sensor.empty() ? "" : " (by the names of the topics)"));
-  if (!imu_note_.empty()) notes.push_back(imu_note_);
+  for (const std::string& note : {imu_note_, odometry_note_})
+    if (!note.empty()) notes.push_back(note);
   if (!rectifier_->ignored_note().empty()) notes.push_back(rectifier_->ignored_note());
   if (!rig_ && streams_.depth.encoding != kFloatDepth) notes.push_back(unit_note());
   if (const std::string far = far_depth_note(); !far.empty()) notes.push_back(far);

@@ -4,6 +4,7 @@
 #include "stillmap/sensor/depth_registration.hpp"
 #include "stillmap/sensor/frame_range.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/inertial_source.hpp"
 #include "stillmap/sensor/rectifier.hpp"
 #include "stillmap/sensor/stereo_matcher.hpp"
 #include "stillmap/sensor/stereo_rig.hpp"
@@ -41,9 +42,9 @@ class RecordingSource : public FrameSource {
   std::optional<std::size_t> size() const override { return frames_.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
   std::vector<std::string> notes() const override;
-  /// Returns the samples of the camera's IMU, with its time stamps: those of the recording if it
-  /// contains an IMU whose pose is known. Then camera().imu is set.
-  const std::vector<ImuSample>& imu_samples() const { return imu_samples_; }
+  /// Returns the samples of an IMU and of wheels that the recording contains and whose pose is
+  /// known. Then camera().imu and camera().wheels are set.
+  const MotionSamples& motion_samples() const { return motion_samples_; }
 
  private:
   struct Image {
@@ -60,6 +61,7 @@ class RecordingSource : public FrameSource {
   void choose_pair(const std::optional<Camera>& camera, const std::string& ignore);
   void turn_baseline_if_images_tell();
   void find_imu_samples();
+  void find_odometry();
   void keep_longest_stretch();
   void pair_images();
   std::vector<Image> increasing_images(const ImageStream& stream);
@@ -81,8 +83,8 @@ class RecordingSource : public FrameSource {
   Recording recording_;
   RgbdStreams streams_;
   Camera recorded_;
-  std::vector<ImuSample> imu_samples_;
-  std::string imu_note_;
+  MotionSamples motion_samples_;
+  std::string imu_note_, odometry_note_;
   std::optional<Rectifier> rectifier_;
   std::optional<DepthRegistration> registration_;
   std::optional<StereoRig> rig_;          // of a stereo pair

@@ -233,6 +233,26 @@ TEST(RecordingSource, FramesHaveTheSamplesOfTheImuWithItsRecordedPose) {
   EXPECT_THAT(source->notes(), ::testing::Contains(HasSubstr("IMU: /rgb/imu")));
 }
 
+TEST(RecordingSource, FramesHaveTheOdometryWithTheRecordedPoseOfTheBase) {
+  auto all = messages(3);
+  for (int i = 0; i < 20; ++i) {
+    const std::int64_t time = 100'000'000'000 + i * 5'000'000LL;
+    all.push_back({"/odom", "nav_msgs/msg/Odometry",
+                   TestCamera().odometry(time, "base", {0.1 * i, 0, 0, 0, 0, 0, 1}), time});
+  }
+  const TestFolder folder;
+  EXPECT_THAT(make_source(folder.write_sqlite("a.db3", all).string())->notes(),
+              ::testing::Contains(HasSubstr("no transform from frame color to frame base")));
+  all.push_back({"/tf_static", "tf2_msgs/msg/TFMessage",
+                 TestCamera().transform("color", "base", {0.1, 0.02, 0.03, 0, 0, 1, 0}), 2});
+  const auto source = make_source(folder.write_sqlite("b.db3", all).string());
+  ASSERT_TRUE(source->camera().wheels);
+  EXPECT_NEAR(source->camera().wheels->T_camera_base.translation().x(), 0.1, 1e-12);
+  const auto frames = all_frames(*source);
+  ASSERT_THAT(frames[1]->odometry, SizeIs(8));  // to the first one after 33 ms
+  EXPECT_NEAR(frames[1]->odometry[7].T_odom_base.translation().x(), 0.7, 1e-12);
+}
+
 TEST(RecordingSource, AccelerationsOfASeparateTopicAreInterpolated) {
   auto all = joined(messages(3), imu_messages("/rgb/gyro/sample", "color", true, false));
   auto accelerations = imu_messages("/rgb/accel/sample", "color", false, true);

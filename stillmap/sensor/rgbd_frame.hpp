@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/imu.hpp"
+#include "stillmap/geometry/wheels.hpp"
 
 #include <cstddef>
 #include <memory>
@@ -29,6 +30,8 @@ struct RgbdFrame {
   /// Samples of the camera's IMU by increasing time: those of the last second, up to the first one
   /// after the frame. Empty: there are none.
   std::vector<ImuSample> imu;
+  /// Samples of the robot's odometry of the same time.
+  std::vector<OdometrySample> odometry;
 };
 
 using RgbdFramePtr = std::shared_ptr<const RgbdFrame>;

@@ -8,8 +8,10 @@
 namespace stillmap {
 namespace {
 
-constexpr double kRate = 200;   // Hz
-constexpr double kStep = 1e-4;  // of the differences from which velocities are taken [s]
+constexpr double kRate = 200;  // Hz
+/// Step of the differences from which velocities are taken [s]: the samples are means over it, so
+/// that a corner of the path gives a finite acceleration with the right change of velocity.
+constexpr double kStep = 1 / kRate;
 const Eigen::Vector3d kGravity(0, 0, -9.81);
 
 Eigen::Vector3d normal_vector(simulate::Random& random) {
@@ -48,6 +50,32 @@ std::vector<ImuSample> simulated_imu(const std::function<Pose(double)>& T_world_
       accel_bias += walk * imu.accel_walk * normal_vector(random);
     }
     samples.push_back(sample);
+  }
+  return samples;
+}
+
+std::vector<OdometrySample> simulated_odometry(const std::function<Pose(double)>& T_world_camera,
+                                               double begin, double end, const Wheels& wheels,
+                                               int seed, bool noise) {
+  constexpr std::uint64_t kStream = 0x3ee1;  // of random numbers
+  constexpr double kWheelRate = 50, kStepError = 0.01, kHalf = 0.5;
+  simulate::Random random(static_cast<std::uint64_t>(seed), kStream);
+  const double error = noise ? kHalf : 0, step_error = noise ? kStepError : 0;
+  const double length_scale = 1 + error * wheels.length_error * random.normal(),
+               angle_scale = 1 + error * wheels.angle_error * random.normal();
+  const Eigen::Vector3d turn = error * wheels.angle_per_length * normal_vector(random);
+  const auto T_world_base = [&](double time) {
+    return T_world_camera(time) * wheels.T_camera_base;
+  };
+  std::vector<OdometrySample> samples{{begin, Pose()}};
+  for (int i = 1; begin + i / kWheelRate <= end; ++i) {
+    const double before = samples.back().timestamp, now = begin + i / kWheelRate;
+    const Pose step = T_world_base(before).inverse() * T_world_base(now);
+    const Eigen::Vector3d t = step.translation(), w = so3_log(step.quaternion());
+    const Pose measured(
+        so3_exp(angle_scale * w + t.norm() * turn + step_error * w.norm() * normal_vector(random)),
+        length_scale * t + step_error * t.norm() * normal_vector(random));
+    samples.push_back({now, samples.back().T_odom_base * measured});
   }
   return samples;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/imu.hpp"
+#include "stillmap/geometry/wheels.hpp"
 
 #include <functional>
 #include <vector>
@@ -15,5 +16,12 @@ namespace stillmap {
 std::vector<ImuSample> simulated_imu(const std::function<Pose(double)>& T_world_camera,
                                      double begin, double end, const Imu& imu, int seed,
                                      bool noise = true);
+
+/// Returns the odometry of wheels between two times at 50 Hz, as if the base moved with the camera
+/// in all directions. Errors: the scales of lengths and angles, a turn per length, drawn from half
+/// the deviations of `wheels`, and 1 % of each step at random.
+std::vector<OdometrySample> simulated_odometry(const std::function<Pose(double)>& T_world_camera,
+                                               double begin, double end, const Wheels& wheels,
+                                               int seed, bool noise = true);
 
 }  // namespace stillmap

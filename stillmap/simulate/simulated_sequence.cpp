@@ -3,7 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/camera_file.hpp"
-#include "stillmap/sensor/imu_buffer.hpp"
+#include "stillmap/sensor/sample_buffer.hpp"
 #include "stillmap/simulate/inertial_unit.hpp"
 #include "stillmap/simulate/renderer.hpp"
 
@@ -206,11 +206,16 @@ SimulatedSequence::SimulatedSequence(const SimulationOptions& options, const Cam
       motion_(motion_of(options), *scene_) {
   check(options);
   if (!options.imu.empty()) camera_.imu = find_imu(options.imu);
-  if (!camera_.imu) return;
+  if (options.wheels) camera_.wheels = Wheels();
   constexpr double kMargin = 0.1;  // s
-  imu_samples_ =
-      simulated_imu([&](double time) { return motion_.T_world_camera(time); }, -kMargin,
-                    timestamp(frames()) + kMargin, *camera_.imu, options.seed, options.noise);
+  const double end = timestamp(frames()) + kMargin;
+  const auto T_world_camera = [&](double time) { return motion_.T_world_camera(time); };
+  if (camera_.imu)
+    imu_samples_ =
+        simulated_imu(T_world_camera, -kMargin, end, *camera_.imu, options.seed, options.noise);
+  if (camera_.wheels)
+    odometry_ = simulated_odometry(T_world_camera, -kMargin, end, *camera_.wheels, options.seed,
+                                   options.noise);
 }
 
 RgbdFramePtr SimulatedSequence::next() { return next_ < frames() ? frame(next_++) : nullptr; }
@@ -299,6 +304,7 @@ SimulatedFrame SimulatedSequence::at(std::size_t index) const {
     frame->imu = samples_until(imu_samples_, t + camera_.imu->time_offset);
     for (ImuSample& sample : frame->imu) sample.timestamp -= camera_.imu->time_offset;
   }
+  frame->odometry = samples_until(odometry_, t);
   const auto seed = static_cast<std::uint64_t>(options_.seed);
   const bool delayed = options_.readout > 0 || options_.depth_delay != 0;
   const cv::Mat depth = delayed ? delayed_depth(t + options_.depth_delay) : rendering.depth;

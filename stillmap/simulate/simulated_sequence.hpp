@@ -48,7 +48,8 @@ struct SimulationOptions {
   DepthBias depth_bias = {};  ///< Systematic error of the depth, used if `noise`.
   /// Name of the IMU on the camera, as for find_imu(); empty: none.
   std::string imu = {};
-  int threads = 2;  ///< Number of rendering threads; the images do not depend on it.
+  bool wheels = false;  ///< Whether wheels measure the motion of the camera.
+  int threads = 2;      ///< Number of rendering threads; the images do not depend on it.
 };
 
 /// One mover at the time of a frame; world frame [m].
@@ -134,6 +135,8 @@ class SimulatedSequence : public FrameSource {
 
   /// Samples of the IMU, from before the first frame to after the last one; empty without one.
   const std::vector<ImuSample>& imu_samples() const { return imu_samples_; }
+  /// The same of the wheels.
+  const std::vector<OdometrySample>& odometry() const { return odometry_; }
 
   const Scene& scene() const { return *scene_; }
   const std::shared_ptr<const Scene>& shared_scene() const { return scene_; }
@@ -148,6 +151,7 @@ class SimulatedSequence : public FrameSource {
   std::shared_ptr<const Scene> scene_;
   CameraMotion motion_;
   std::vector<ImuSample> imu_samples_;
+  std::vector<OdometrySample> odometry_;
   std::vector<SkippedFrame> skipped_;
   std::size_t next_ = 0;
 };

@@ -6,7 +6,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
-#include "stillmap/sensor/imu_file.hpp"
+#include "stillmap/sensor/motion_files.hpp"
 #include "stillmap/simulate/seen_surface.hpp"
 
 #include <regex>
@@ -107,6 +107,7 @@ void make_sequence_folder(const std::filesystem::path& folder) {
   for (const char* list : {"rgb.txt", "depth.txt", "associations.txt"})
     std::filesystem::remove(folder / list);
   std::filesystem::remove(folder / "imu0" / "data.csv");
+  std::filesystem::remove(folder / "odometry.txt");
   for (const char* name : {"rgb", "depth", "mask", "instance", "speed"}) {
     make_output_folder(folder / name);
     remove_images(folder / name);
@@ -140,6 +141,7 @@ std::size_t write_tum_layout(const SimulatedSequence& sequence, const std::files
     make_output_folder(folder / "imu0");
     write_imu(folder / "imu0" / "data.csv", sequence.imu_samples());
   }
+  if (!sequence.odometry().empty()) write_odometry(folder / "odometry.txt", sequence.odometry());
   Trajectory trajectory = sequence.trajectory();
   trajectory.resize(frames);
   write_trajectory(folder / "groundtruth.txt", trajectory);

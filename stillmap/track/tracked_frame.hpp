@@ -12,10 +12,11 @@
 namespace stillmap {
 
 enum class TrackState {
-  kWaiting,   ///< There is no map yet, and the frame has too few points to start one.
-  kStarted,   ///< The frame starts a map.
-  kTracking,  ///< The frame has a pose in the map.
-  kLost,      ///< The frame has no pose.
+  kWaiting,    ///< There is no map yet, and the frame has too few points to start one.
+  kStarted,    ///< The frame starts a map.
+  kTracking,   ///< The frame has a pose in the map.
+  kLost,       ///< The frame has no pose.
+  kPredicted,  ///< The frame has a pose by an IMU or wheels alone: T_world_predicted.
 };
 
 /// Result of tracking one frame. Never changed once made.
@@ -29,12 +30,16 @@ struct TrackedFrame {
   std::vector<LandmarkId> landmarks;  ///< matched landmark of each keypoint, or invalid
   /// see PoseEstimate::covariance; enlarged if the pose contradicts the motion
   Matrix6d covariance = Matrix6d::Zero();
+  /// Pose of a lost camera by its IMU or wheels, which the map does not use. Of a frame without a
+  /// pose: `reference`, T_reference_camera and `covariance` are those of this one. Of the first one
+  /// with a pose again: to correct those before.
+  std::optional<Pose> T_world_predicted;
   bool contradicts_motion = false;  ///< see MotionConsistency
   /// Correction of the pose by the motion before it: T_world_camera T_camera_filtered is handed out
   /// during the run; the map uses T_world_camera. See TrajectoryFilter.
   Pose T_camera_filtered;
-  /// Motion since the previous frame, whatever was corrected in between; none if that has no pose
-  /// in the same map.
+  /// Motion since the previous frame, whatever was corrected in between, by the images, IMU or
+  /// wheels; none if that has no pose in the same map.
   std::optional<Pose> T_previous_camera;
   int inliers = 0;           ///< number of landmarks that agree with the pose
   bool relocalized = false;  ///< The camera was lost, and this frame confirmed a relocalization.
@@ -51,9 +56,11 @@ struct TrackedFrame {
   bool has_pose() const { return T_world_camera.has_value(); }
   /// Returns the pose that is handed out during the run, if there is one.
   std::optional<Pose> T_world_filtered() const {
-    if (!T_world_camera) return std::nullopt;
+    if (!T_world_camera) return T_world_predicted;
     return *T_world_camera * T_camera_filtered;
   }
+  /// Returns whether it starts a map, or a part of it that was not seen before.
+  bool starts_part() const { return proposal && proposal->starts_part(); }
   /// Returns whether its world may differ from that of the previous frames.
   bool enters_world() const { return state == TrackState::kStarted || relocalized; }
 };

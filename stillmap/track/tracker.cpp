@@ -78,12 +78,14 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       keyframe_policy_(options.keyframes, camera.depth_sensor),
       new_map_policy_(options.new_map),
       statistics_(options.statistics),
-      gyro_(options.gyroscope ? camera.imu : std::nullopt) {
+      gyro_(options.gyroscope ? camera.imu : std::nullopt),
+      dead_reckoning_(options.dead_reckoning ? camera : Camera()) {
   if (options.repeats != RepeatRule::kNone) vocabulary_ = Vocabulary::built_in();
 }
 
 void Tracker::predict_motion(const RgbdFrame& image) {
   state_.motion_prior.reset();
+  dead_reckoning_.propagate(image);
   if (!state_.previous || frames_lost_ > 0) return;
   const double before = state_.previous->frame->timestamp();
   state_.motion_prior = gyro_.motion(image, before, state_.previous->covariance);
@@ -135,6 +137,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
   if (local_map != state_.local_map) adopt(local_map);
   if (initial && started_in_motion(*frame)) return restart_map(frame, *initial);
 
+  if (const auto pose = pose_of_lost(frame)) return tracked(frame, *pose, false);
   const std::optional<PoseEstimate> first =
       initial ? initial->estimate
               : track_reference_keyframe(model_, *local_map, state_.T_world_previous, *frame);
@@ -187,6 +190,19 @@ std::optional<Tracker::Relabeled> Tracker::pose_without_motion(const Frame& fram
   return Relabeled{relabeled, *still};
 }
 
+/// Returns the pose of a lost camera from the landmarks near its pose by IMU or wheels. What covers
+/// most of them would decide the poses of the next frames, so that there is none until it is gone.
+std::optional<LocalMapPose> Tracker::pose_of_lost(const FramePtr& frame) const {
+  const auto predicted = frames_lost_ > 0 ? dead_reckoning_.pose() : std::nullopt;
+  if (!predicted || is_occluded(model_, *state_.local_map, predicted->T_world_camera, *frame))
+    return std::nullopt;
+  const PosePrior prior{predicted->T_world_camera, predicted->covariance.inverse()};
+  auto pose =
+      refine_in_local_map(model_, *state_.local_map, *frame, {predicted->T_world_camera, {}},
+                          options_.min_inliers, false, prior);
+  return pose && !pose->estimate.contradicts_prior ? pose : std::nullopt;
+}
+
 /// Does nothing if the timing is known, or for a frame that does not continue the previous one.
 void Tracker::calibrate_shutter(const FramePtr& frame, const std::optional<InitialPose>& initial,
                                 const LocalMapPose& pose) {
@@ -200,7 +216,7 @@ void Tracker::calibrate_shutter(const FramePtr& frame, const std::optional<Initi
 
 TrackedFramePtr Tracker::track_without_map(const FramePtr& frame,
                                            const std::optional<RelocalizationResult>& found) {
-  if (start_ == TrackerStart::kNewMap && extend_) return start_map(frame);
+  if (start_ == TrackerStart::kNewMap && extend_) return start_map(frame, state_.T_world_previous);
   if (found) {
     if (auto result = relocalized(frame, *found)) return result;
   }
@@ -217,16 +233,18 @@ TrackedFramePtr Tracker::relocalized(const FramePtr& frame, const Relocalization
   return tracked(frame, confirmed->pose, true);
 }
 
-TrackedFramePtr Tracker::start_map(const FramePtr& frame) {
+/// @param T_world_camera  known best: the world of the map continues that of the previous one
+TrackedFramePtr Tracker::start_map(const FramePtr& frame, const Pose& T_world_camera) {
   std::string reason = reason_against_new_map(*frame, model_.camera);
   if (!reason.empty()) return without_pose(frame, TrackState::kWaiting, std::move(reason));
-  // The world continues from the pose at which the previous map was lost.
-  auto result = starting_frame(frame, state_.T_world_previous);
+  auto result = starting_frame(frame, T_world_camera);
   if (state_.local_map && frames_in_map_ < kMinMapFrames)
     result->proposal->abandoned = state_.local_map->reference;
   begin_map(frame, result, Pose());
   frames_lost_ = 0;
   new_map_policy_.reset();
+  still_surface_.reset();
+  T_world_lost_.reset();
   return result;
 }
 
@@ -273,6 +291,7 @@ TrackedFramePtr Tracker::restart_map(const FramePtr& frame, const InitialPose& i
   result->T_world_camera = state_.T_world_previous;
   result->proposal->T_reference_camera = state_.T_world_previous;
   start_verification_.begin(frame, state_.T_world_previous);
+  dead_reckoning_.correct({frame->timestamp(), state_.T_world_previous}, false);
   return result;
 }
 
@@ -305,15 +324,59 @@ void Tracker::begin_map(const FramePtr& frame, const TrackedFramePtr& first,
   consistency_.reset();
   filter_.reset();
   start_verification_.begin(frame, state_.T_world_previous);
+  dead_reckoning_.correct({frame->timestamp(), state_.T_world_previous}, false);
 }
 
 TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) {
   ++frames_lost_;
+  if (const auto predicted = dead_reckoning_.pose()) return lost_at(frame, reason, *predicted);
   if (extend_ &&
       new_map_policy_.wants_map(model_, state_.local_map, state_.T_world_previous, *frame)) {
-    return start_map(frame);
+    return start_map(frame, T_world_lost_.value_or(state_.T_world_previous));
   }
   return without_pose(frame, TrackState::kLost, reason);
+}
+
+/// Continues the map with what a lost camera sees, if that stands still, or returns the frame with
+/// its pose by IMU or wheels.
+TrackedFramePtr Tracker::lost_at(const FramePtr& frame, const std::string& reason,
+                                 const UncertainPose& predicted) {
+  const Pose& T_world_camera = predicted.T_world_camera;
+  const auto velocity_error =
+      still_surface_.add(model_, frame, T_world_camera, dead_reckoning_.velocity_sigma());
+  if (velocity_error && extend_ && reason_against_new_map(*frame, model_.camera).empty() &&
+      !is_occluded(model_, *state_.local_map, T_world_camera, *frame)) {
+    dead_reckoning_.correct_velocity(*velocity_error);
+    const UncertainPose corrected = dead_reckoning_.pose().value_or(predicted);
+    if (!is_certain(corrected)) return start_map(frame, corrected.T_world_camera);
+    return continue_map(frame, corrected, T_world_camera);
+  }
+  auto result = without_pose(frame, TrackState::kPredicted, reason);
+  result->T_previous_camera =
+      T_world_lost_.value_or(state_.T_world_previous).inverse() * T_world_camera;
+  T_world_lost_ = result->T_world_predicted = T_world_camera;
+  result->reference = state_.local_map->reference;
+  result->T_reference_camera =
+      state_.local_map->keyframes.front().T_world_camera.inverse() * T_world_camera;
+  result->covariance = predicted.covariance;
+  return result;
+}
+
+/// Makes the frame a keyframe of the map, none of whose landmarks it shows.
+/// @param T_world_predicted  its pose as those before were predicted
+TrackedFramePtr Tracker::continue_map(const FramePtr& frame, const UncertainPose& pose,
+                                      const Pose& T_world_predicted) {
+  const auto result = frame_at(frame, {pose.T_world_camera, {}, pose.covariance});
+  result->T_world_predicted = T_world_predicted;
+  if (T_world_lost_) result->T_previous_camera = T_world_lost_->inverse() * T_world_predicted;
+  result->proposal = KeyframeProposal{frame, result->reference, result->T_reference_camera,
+                                      result->landmarks, statistics_.take()};
+  result->proposal->unseen = true;
+  last_proposed_ = frame->index();
+  consistency_.reset();
+  filter_.reset();
+  set_previous(result);
+  return result;
 }
 
 /// Returns a frame with a pose and the landmarks that agree with it.
@@ -342,7 +405,10 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   result->relocalized = relocalized;
   if (!relocalized) result->T_previous_camera = motion_since_previous(pose.estimate.T_world_camera);
   gyro_.add(*result, pose.estimate.contradicts_prior);
+  if (!relocalized) note_prediction(*result);
   judge(*result);
+  dead_reckoning_.correct({frame->timestamp(), pose.estimate.T_world_camera, result->covariance},
+                          !relocalized);
   frames_in_map_ = relocalized ? std::max(kMinMapFrames, kYoungMapFrames) : frames_in_map_ + 1;
 
   const std::size_t newest = std::max(last_proposed_, local_map.made_for_frame);
@@ -372,6 +438,14 @@ TrackedFramePtr Tracker::tracked_by_odometry(const FramePtr& frame, const PoseEs
     state_.odometry_points[match.keypoint] = match.p_world;
   set_previous(result);
   return result;
+}
+
+/// Notes the pose by dead reckoning of the first frame with a pose after frames without.
+void Tracker::note_prediction(TrackedFrame& tracked) const {
+  const auto predicted = T_world_lost_ ? dead_reckoning_.pose() : std::nullopt;
+  if (!predicted) return;
+  tracked.T_world_predicted = predicted->T_world_camera;
+  tracked.T_previous_camera = T_world_lost_->inverse() * predicted->T_world_camera;
 }
 
 /// Returns T_previous_camera; none if the camera was lost.
@@ -410,6 +484,8 @@ void Tracker::set_previous(const TrackedFramePtr& tracked) {
   state_.previous = tracked;
   frames_lost_ = 0;
   new_map_policy_.reset();
+  still_surface_.reset();
+  T_world_lost_.reset();
 }
 
 /// Takes over a new snapshot of the map. The previous frame moves along with its keyframe.
@@ -422,6 +498,8 @@ void Tracker::adopt(const LocalMapPtr& local_map) {
   const Pose T_corrected_world = *pose * state_.T_world_previous.inverse();
   consistency_.move(T_corrected_world);
   filter_.move(T_corrected_world);
+  dead_reckoning_.move(T_corrected_world);
+  if (T_world_lost_) T_world_lost_ = T_corrected_world * *T_world_lost_;
   state_.T_world_previous = *pose;
 }
 

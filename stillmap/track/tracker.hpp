@@ -3,6 +3,7 @@
 #include "stillmap/map/relocalization_result.hpp"
 #include "stillmap/motion/ego_motion.hpp"
 #include "stillmap/optimize/trajectory_filter.hpp"
+#include "stillmap/track/dead_reckoning.hpp"
 #include "stillmap/track/gyro_prior.hpp"
 #include "stillmap/track/keyframe_policy.hpp"
 #include "stillmap/track/landmark_statistics.hpp"
@@ -14,6 +15,7 @@
 #include "stillmap/track/repeated_landmarks.hpp"
 #include "stillmap/track/shutter_calibration.hpp"
 #include "stillmap/track/start_verification.hpp"
+#include "stillmap/track/still_surface.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 #include "stillmap/track/tracker_state.hpp"
 
@@ -46,6 +48,8 @@ struct TrackerOptions {
   bool compensate_exposure = true;
   /// Whether the gyroscope of the camera's IMU is used, if it has one: see GyroPrior.
   bool gyroscope = true;
+  /// Whether IMU and wheels give the pose of a lost camera: see DeadReckoning.
+  bool dead_reckoning = true;
   /// Whether poses are checked against the motion before them: see MotionConsistency.
   bool consistency_test = true;
   LandmarkStatisticsOptions statistics;
@@ -71,7 +75,9 @@ enum class TrackerStart {
 /// Finds the camera's pose in each frame of a sequence (Mur-Artal and Tardos, ORB-SLAM2, TRO 2017,
 /// section III). It orders the pose sources and keeps the state between frames: pose from the
 /// previous frame, else from the reference keyframe, refined in the local map; else from a
-/// relocalization result; else by visual odometry in a map that is only localized in. Synchronous.
+/// relocalization result; else by visual odometry in a map that is only localized in; else by the
+/// IMU or the wheels. A lost camera whose pose these know continues the map where it sees static
+/// surfaces again; otherwise it starts another one. Synchronous.
 /// Of the map it sees only the snapshot that it is given.
 class Tracker {
  public:
@@ -127,17 +133,23 @@ class Tracker {
   TrackedFramePtr track_without_map(const FramePtr& frame,
                                     const std::optional<RelocalizationResult>& found);
   TrackedFramePtr relocalized(const FramePtr& frame, const RelocalizationResult& found);
-  TrackedFramePtr start_map(const FramePtr& frame);
+  TrackedFramePtr start_map(const FramePtr& frame, const Pose& T_world_camera);
   bool started_in_motion(const Frame& frame) const;
   Pose tracked_backward(const Frame& earlier, const Pose& T_world_earlier) const;
   TrackedFramePtr restart_map(const FramePtr& frame, const InitialPose& initial);
   std::optional<Pose> motion_against_map(const Frame& frame, const LocalMapPose& pose);
   TrackedFramePtr replace_map(const Frame& frame, const Pose& T_first_frame);
   void begin_map(const FramePtr& frame, const TrackedFramePtr& first, const Pose& T_previous_next);
+  std::optional<LocalMapPose> pose_of_lost(const FramePtr& frame) const;
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
+  TrackedFramePtr lost_at(const FramePtr& frame, const std::string& reason,
+                          const UncertainPose& predicted);
+  TrackedFramePtr continue_map(const FramePtr& frame, const UncertainPose& pose,
+                               const Pose& T_world_predicted);
   TrackedFramePtr tracked(const FramePtr& frame, const LocalMapPose& pose, bool relocalized);
   TrackedFramePtr tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate);
   std::shared_ptr<TrackedFrame> frame_at(const FramePtr& frame, const PoseEstimate& estimate) const;
+  void note_prediction(TrackedFrame& tracked) const;
   std::optional<Pose> motion_since_previous(const Pose& T_world_camera) const;
   EgoMotion ego_motion(const Features& features, const PreviousFramePose& pose) const;
   void judge(TrackedFrame& tracked);
@@ -156,6 +168,9 @@ class Tracker {
   LandmarkStatistics statistics_;
   std::optional<Vocabulary> vocabulary_;  // none: no repeated landmarks are erased
   GyroPrior gyro_;
+  DeadReckoning dead_reckoning_;
+  StillSurface still_surface_;
+  std::optional<Pose> T_world_lost_;  // newest pose by dead reckoning while the camera is lost
   MotionConsistency consistency_;
   TrajectoryFilter filter_;
   StartVerification start_verification_;

@@ -4,9 +4,9 @@
 namespace stillmap {
 
 std::optional<Pose> pose_in(const LocalMap& local_map, const TrackedFrame& tracked) {
-  const KeyframeId reference =
-      tracked.state == TrackState::kStarted ? local_map.reference : tracked.reference;
-  const LocalKeyframe* keyframe = local_map.find(reference);
+  // The keyframe of a frame that starts a map or a part of it is the center of its snapshot.
+  if (tracked.starts_part()) return local_map.keyframes.front().T_world_camera;
+  const LocalKeyframe* keyframe = local_map.find(tracked.reference);
   if (keyframe == nullptr) return std::nullopt;
   return keyframe->T_world_camera * tracked.T_reference_camera;
 }

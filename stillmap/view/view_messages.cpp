@@ -80,7 +80,8 @@ nlohmann::json sample_json(const MoverSample& sample) {
 ViewedState viewed_state(const FrameRecord& record) {
   if (!record.has_pose()) return ViewedState::kLost;
   if (record.relocalized) return ViewedState::kRelocalized;
-  return record.tracked_by_odometry ? ViewedState::kOdometry : ViewedState::kTracked;
+  return record.tracked_by_odometry || record.predicted() ? ViewedState::kOdometry
+                                                          : ViewedState::kTracked;
 }
 
 std::vector<PathFrame> camera_path(const std::vector<PathFrame>& states,

@@ -9,7 +9,7 @@ import numpy as np
 
 import stillmap
 from stillmap_ros.pairing import SET_BACK
-from stillmap_ros.transforms import adjoint, inverse, rotation_of, rotation_vector
+from stillmap_ros.transforms import adjoint, inverse, matrix_of_pose, rotation_of, rotation_vector
 
 LEAST_VARIANCE = 1e-6  # of a pose [m^2, rad^2]; the first frame of a map has none, and filters demand one
 BRIDGED = 0.2  # time without a motion from the camera over which the odometry keeps its velocity [s]
@@ -133,6 +133,13 @@ class Mapper:
         numbers = [w.x, w.y, w.z, a.x, a.y, a.z]
         if np.isfinite(numbers).all():
             self.slam.push_imu((stamp.sec * 10**9 + stamp.nanosec + self.shift) / 10**9, numbers[:3], numbers[3:])
+
+    def push_odometry(self, message):
+        """Adds a nav_msgs/Odometry. Samples that are no rigid motion are left out."""
+        stamp, p, q = message.header.stamp, message.pose.pose.position, message.pose.pose.orientation
+        numbers = [p.x, p.y, p.z, q.x, q.y, q.z, q.w]
+        if np.isfinite(numbers).all() and abs(np.linalg.norm(numbers[3:]) - 1) < 0.01:
+            self.slam.push_odometry((stamp.sec * 10**9 + stamp.nanosec + self.shift) / 10**9, matrix_of_pose(*numbers))
 
     def _rising(self, time):
         stamp = time + self.shift

@@ -45,7 +45,8 @@ PARAMETERS = {
     "schedule": "realtime",  # or lockstep: every frame, with repeatable results
     "depth_transport": "raw", "color_transport": "raw",  # or compressed
     "masks": False,  # masks of another node on the topic `mask`
-    "imu": False,  # the gyroscope of the topic `imu`
+    "imu": False,  # the topic `imu` supports the poses
+    "wheels": False,  # the topic `wheel_odometry` bridges seconds without a pose
     "rectified": False,  # the images are those of image_proc
     "pairing": 0.02,  # largest difference of the stamps of color and depth [s]
     "sensor": "kinect_v1", "static_mask": "",  # PNG file, white where the robot sees itself
@@ -77,8 +78,9 @@ class ImageReceiver:
         self.pairing = Pairing(sum(not isinstance(i, str) for _, _, i in topics), slop, lossless)
         self.queue = Queue(lossless)
         self.info = None  # CameraInfo; None: the next one is received
-        self.samples = collections.deque(maxlen=4000)  # Imu messages that were not used yet
-        self.newest_sample = 0  # [ns]
+        # Imu and Odometry messages that were not used yet, and the newest stamp of each kind [ns].
+        self.samples = {"imu": collections.deque(maxlen=4000), "wheels": collections.deque(maxlen=4000)}
+        self.newest_sample = {"imu": 0, "wheels": 0}
         self.received = 0
         self.newest = None  # monotonic time of the newest set [s]
         self.receiver.create_timer(0.5, self.connect)
@@ -112,7 +114,7 @@ class ImageReceiver:
             if self.lossless and not reliable:
                 self.node.get_logger().warning(f"{name} is published best effort: frames may be lost in lockstep")
             qos = QoSProfile(history=HistoryPolicy.KEEP_ALL if self.lossless else HistoryPolicy.KEEP_LAST,
-                             depth=400 if index == "imu" else 15,
+                             depth=400 if index in self.samples else 15,
                              reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
             # Without the events of the middleware, which cost as much as the images.
             subscription = owner.create_subscription(
@@ -124,8 +126,8 @@ class ImageReceiver:
     def _callback_of(self, index):
         if index == "info":
             return self._receive_info
-        if index == "imu":
-            return self._receive_sample
+        if index in self.samples:
+            return lambda message: self._receive_sample(index, message)
 
         def receive(message):
             self.newest = time.monotonic()
@@ -134,9 +136,9 @@ class ImageReceiver:
                 self.queue.put(complete)
         return receive
 
-    def _receive_sample(self, message):
-        self.samples.append(message)
-        self.newest_sample = images.nanoseconds(message.header.stamp)
+    def _receive_sample(self, kind, message):
+        self.samples[kind].append(message)
+        self.newest_sample[kind] = images.nanoseconds(message.header.stamp)
 
     def _receive_info(self, message):
         self.info = message
@@ -214,6 +216,8 @@ class StillmapNode(Node):
             topics.append((self._resolved("mask"), Image, 2))
         if self.settings["imu"]:
             topics.append((self._resolved("imu"), Imu, "imu"))
+        if self.settings["wheels"]:
+            topics.append((self._resolved("wheel_odometry"), Odometry, "wheels"))
         return [*topics, (self._resolved("camera_info"), CameraInfo, "info")]
 
     def _resolved(self, name):
@@ -303,16 +307,17 @@ class StillmapNode(Node):
             self._start(info, T_base_camera, imu)
         self._require_size(rgb, depth)
         self._await_samples(stamp)
-        while self.images.samples:
-            self.mapper.push_imu(self.images.samples.popleft())
-            self.counts["IMU samples"] += 1
+        for kind, push in (("imu", self.mapper.push_imu), ("wheels", self.mapper.push_odometry)):
+            while self.images.samples[kind]:
+                push(self.images.samples[kind].popleft())
+                self.counts[f"samples: {kind}"] += 1
         return self.mapper.push(rgb, depth, stamp, mask, T_base_camera)
 
     def _imu(self, camera_frame, stamp):
         """Returns the stillmap.Imu of the topic `imu` with its transform, or None while it is unknown."""
         if not self.settings["imu"]:
             return None
-        sample = self._awaited(lambda: next(iter(self.images.samples), None), f"no sample yet on {self._resolved('imu')}")
+        sample = self._awaited(lambda: next(iter(self.images.samples["imu"]), None), f"no sample yet on {self._resolved('imu')}")
         if sample is None:
             return None
         frame = sample.header.frame_id.lstrip("/")
@@ -322,9 +327,10 @@ class StillmapNode(Node):
         return None if T_camera_imu is None else stillmap.Imu(T_camera_imu=T_camera_imu)
 
     def _await_samples(self, stamp):
-        """In lockstep, waits for the IMU's samples up to an image, but no longer than a second."""
+        """In lockstep, waits for the samples of IMU and wheels up to an image, but no longer than a second."""
         end = time.monotonic() + 1
-        while (self.settings["imu"] and self.lossless and self.images.newest_sample < stamp and time.monotonic() < end
+        wanted = [kind for kind in self.images.samples if self.settings[kind]]
+        while (self.lossless and any(self.images.newest_sample[kind] < stamp for kind in wanted) and time.monotonic() < end
                and not self.stopping.wait(0.002)):
             pass
 
@@ -364,6 +370,8 @@ class StillmapNode(Node):
         camera = images.camera_of(info, self.settings["sensor"], self.settings["rectified"],
                                   self.settings["static_mask"])
         camera.imu = imu
+        if self.settings["wheels"]:
+            camera.T_camera_base = np.linalg.inv(T_base_camera)
         load, self.load = self.load, None
         try:
             self._use_map(camera, T_base_camera, load)
@@ -539,7 +547,7 @@ class StillmapNode(Node):
         values = {"state": state, "mode": "map" if self.extend else "localize",
                   "findings": " ".join(f.code for f in self.findings), "frames received": self.images.received,
                   "frames dropped": self.images.queue.dropped, "frames without a partner": self.images.pairing.unpaired,
-                  **{name if name == "IMU samples" else f"frames {name}": n for name, n in sorted(self.counts.items())}}
+                  **{name if name.startswith("samples") else f"frames {name}": n for name, n in sorted(self.counts.items())}}
         if located is not None:
             values |= {"landmarks": located.update.inliers, "certain": located.update.certain}
         if self.delays:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/sensor/imu_file.hpp"
+#include "stillmap/sensor/motion_files.hpp"
 
 #include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
@@ -8,6 +8,7 @@
 #include "stillmap/base/stamp_unit.hpp"
 #include "stillmap/base/unicode.hpp"
 #include "stillmap/base/warning.hpp"
+#include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/sensor/fields.hpp"
 #include "stillmap/sensor/printable.hpp"
 
@@ -65,11 +66,15 @@ void keep_usable(std::vector<ImuSample>& samples, const fs::path& file) {
 
 }  // namespace
 
-fs::path imu_file_in(const fs::path& folder) {
+MotionSamples motion_samples_in(const fs::path& folder, const Camera& camera) {
+  MotionSamples samples;
   for (const char* name : {"imu0/data.csv", "imu.csv"}) {
-    if (is_file(folder / name)) return folder / name;
+    if (camera.imu && samples.imu.empty() && is_file(folder / name))
+      samples.imu = read_imu(folder / name);
   }
-  return {};
+  if (camera.wheels && is_file(folder / "odometry.txt"))
+    samples.odometry = read_odometry(folder / "odometry.txt");
+  return samples;
 }
 
 std::vector<ImuSample> read_imu(const fs::path& file) {
@@ -104,6 +109,22 @@ void write_imu(const fs::path& file, const std::vector<ImuSample>& samples) {
                         1e9 * sample.timestamp, w.x(), w.y(), w.z(), a.x(), a.y(), a.z());
   }
   write_file(file, text);
+}
+
+std::vector<OdometrySample> read_odometry(const fs::path& file) {
+  std::vector<OdometrySample> samples;
+  for (const StampedPose& pose : read_trajectory(file)) {
+    if (samples.empty() || pose.timestamp > samples.back().timestamp)
+      samples.push_back({pose.timestamp, pose.T_world_camera});
+  }
+  return samples;
+}
+
+void write_odometry(const fs::path& file, const std::vector<OdometrySample>& samples) {
+  Trajectory poses;
+  for (const OdometrySample& sample : samples)
+    poses.push_back({sample.timestamp, sample.T_odom_base});
+  write_trajectory(file, poses);
 }
 
 }  // namespace stillmap

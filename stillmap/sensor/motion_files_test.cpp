@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/sensor/imu_file.hpp"
+#include "stillmap/sensor/motion_files.hpp"
 
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/base/warning.hpp"
 #include "stillmap/sensor/camera_file.hpp"
-#include "stillmap/sensor/imu_buffer.hpp"
 #include "stillmap/sensor/make_source.hpp"
+#include "stillmap/sensor/sample_buffer.hpp"
 #include "stillmap/sensor/test_sequence.hpp"
 
 #include <gmock/gmock.h>
@@ -83,8 +83,25 @@ TEST_F(ImuFile, FramesHaveTheSamplesOfTheLastSecondByTheClockOfTheImages) {
   }
 }
 
-TEST(ImuBuffer, SortsSamplesAndForgetsOldOnes) {
-  ImuBuffer buffer;
+TEST_F(ImuFile, FramesHaveTheOdometryOfAFolderWhoseCameraIsOnWheels) {
+  Camera camera = TestSequence::camera();
+  const std::vector<OdometrySample> samples{{99.9, Pose()},
+                                            {100.5, Pose(so3_exp({0, 0, 0.2}), {1, 2, 0})}};
+  write_odometry(sequence_.path("odometry.txt"), samples);
+  write_camera(sequence_.path("camera.yaml"), camera);
+  EXPECT_TRUE(make_source(sequence_.folder().string())->next()->odometry.empty());
+  camera.wheels = Wheels{.T_camera_base = Pose(so3_exp({1.5, 0, 0}), {0, 0.4, 0.1})};
+  write_camera(sequence_.path("camera.yaml"), camera);
+  const auto source = make_source(sequence_.folder().string());
+  const Pose& T_camera_base = source->camera().wheels->T_camera_base;
+  EXPECT_TRUE((T_camera_base.inverse() * camera.wheels->T_camera_base).log().isZero(1e-9));
+  const auto found = source->next()->odometry;
+  ASSERT_THAT(found, SizeIs(2));
+  EXPECT_TRUE((found[1].T_odom_base.inverse() * samples[1].T_odom_base).log().isZero(1e-8));
+}
+
+TEST(SampleBuffer, SortsSamplesAndForgetsOldOnes) {
+  SampleBuffer<ImuSample> buffer;
   for (const double time : {1.0, 3.0, 2.0, 3.0, 4.0}) buffer.add({.timestamp = time});
   std::vector<double> times;
   for (const ImuSample& sample : samples_until(buffer.samples(), 3.5))

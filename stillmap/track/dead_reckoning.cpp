@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/track/dead_reckoning.hpp"
+
+#include <Eigen/Cholesky>
+
+namespace stillmap {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Largest standard deviations of a pose, and of one at which a map is continued [m], [rad].
+constexpr double kMaxMeters = 0.5, kMaxRadians = 0.15, kCertainMeters = 0.15,
+                 kCertainRadians = 0.08;
+/// Squared difference of two poses that contradict each other [sigma^2]: 99.9 % with six degrees of
+/// freedom.
+constexpr double kContradiction = 22.46;
+
+bool is_within(const UncertainPose& pose, double meters, double radians) {
+  const auto variance = pose.covariance.diagonal();
+  return variance.head<3>().maxCoeff() < meters * meters &&
+         variance.tail<3>().maxCoeff() < radians * radians;
+}
+
+/// Returns the mean of two independent poses of one time, weighted by their information; the first
+/// one if they contradict each other.
+UncertainPose mean(const UncertainPose& a, const UncertainPose& b) {
+  const Eigen::Matrix<double, 6, 1> difference =
+      (a.T_world_camera.inverse() * b.T_world_camera).log();
+  const Eigen::LLT<Matrix6d> S(a.covariance + b.covariance);
+  if (difference.dot(S.solve(difference)) > kContradiction) return a;
+  const Matrix6d gain = S.solve(a.covariance).transpose();
+  return {a.timestamp, a.T_world_camera * Pose::exp(gain * difference),
+          a.covariance - gain * a.covariance};
+}
+
+}  // namespace
+
+DeadReckoning::DeadReckoning(const Camera& camera) {
+  if (camera.imu) inertia_.emplace(*camera.imu);
+  if (camera.wheels) wheels_.emplace(*camera.wheels);
+}
+
+void DeadReckoning::propagate(const RgbdFrame& image) {
+  if (inertia_) inertia_->propagate(image.imu, image.timestamp);
+  if (wheels_) wheels_->propagate(image.odometry, image.timestamp);
+}
+
+void DeadReckoning::correct(const UncertainPose& pose, bool same_world) {
+  if (inertia_ && same_world) inertia_->correct(pose);
+  if (inertia_ && !same_world) inertia_->enter(pose);
+  if (wheels_) wheels_->correct(pose, same_world);
+}
+
+void DeadReckoning::correct_velocity(const Eigen::Vector3d& error) {
+  if (inertia_ && !(wheels_ && wheels_->pose())) inertia_->correct_velocity(error);
+}
+
+void DeadReckoning::move(const Pose& T_corrected_world) {
+  if (inertia_) inertia_->move(T_corrected_world);
+  if (wheels_) wheels_->move(T_corrected_world);
+}
+
+std::optional<UncertainPose> DeadReckoning::pose() const {
+  const auto by_inertia = inertia_ ? inertia_->pose() : std::nullopt;
+  const auto by_wheels = wheels_ ? wheels_->pose() : std::nullopt;
+  std::optional<UncertainPose> pose = by_inertia ? by_inertia : by_wheels;
+  if (by_inertia && by_wheels) pose = mean(*by_inertia, *by_wheels);
+  return pose && is_within(*pose, kMaxMeters, kMaxRadians) ? pose : std::nullopt;
+}
+
+double DeadReckoning::velocity_sigma() const {
+  const bool by_wheels = wheels_ && wheels_->pose();
+  return inertia_ && !by_wheels ? inertia_->velocity_sigma() : 0;
+}
+
+bool is_certain(const UncertainPose& pose) {
+  return is_within(pose, kCertainMeters, kCertainRadians);
+}
+
+}  // namespace stillmap

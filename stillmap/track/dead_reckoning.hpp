@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/camera.hpp"
+#include "stillmap/inertial/inertial_navigation.hpp"
+#include "stillmap/sensor/rgbd_frame.hpp"
+#include "stillmap/track/wheel_navigation.hpp"
+
+#include <optional>
+
+namespace stillmap {
+
+/// Pose of the camera without its images, by the IMU and the wheels that it has.
+class DeadReckoning {
+ public:
+  explicit DeadReckoning(const Camera& camera);
+
+  /// Moves the pose to the time of the next frame.
+  void propagate(const RgbdFrame& image);
+  /// Takes the pose of this frame by its images.
+  /// @param same_world  whether it is in the world of the poses before
+  void correct(const UncertainPose& pose, bool same_world);
+  /// Corrects the velocity of a pose without wheels by what the images show of an unknown place.
+  /// @param error  velocity by the images minus that of the pose, in the world [m/s]
+  void correct_velocity(const Eigen::Vector3d& error);
+  /// Moves the pose along with a correction of the map.
+  void move(const Pose& T_corrected_world);
+
+  /// Returns the pose at the newest frame; none without IMU and wheels, while these contradict the
+  /// images, and where its standard deviation is above half a meter or 0.15 rad.
+  std::optional<UncertainPose> pose() const;
+  /// Returns the standard deviation of the velocity of pose() [m/s].
+  double velocity_sigma() const;
+
+ private:
+  std::optional<InertialNavigation> inertia_;
+  std::optional<WheelNavigation> wheels_;
+};
+
+/// Returns whether a map may be continued at a pose: its standard deviation is at most half of the
+/// drift up to which loops are closed (DriftLimits).
+bool is_certain(const UncertainPose& pose);
+
+}  // namespace stillmap

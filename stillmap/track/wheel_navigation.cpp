@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/track/wheel_navigation.hpp"
+
+#include "stillmap/geometry/adjoint.hpp"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+
+namespace stillmap {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Longest time between two samples between which a pose is interpolated [s].
+constexpr double kLargestGap = 0.3;
+/// Standard deviations of any motion by wheels: unevenness of the floor [m], [rad].
+constexpr double kMeters = 2e-3, kRadians = 2e-3;
+/// Length and angle of the motions that are compared with the images' [m], [rad].
+constexpr double kComparedLength = 0.2, kComparedAngle = 0.2;
+/// Squared difference that contradicts the wheels [sigma^2]: 99.9 % with six degrees of freedom.
+constexpr double kContradiction = 22.46;
+/// Number of comparisons that are remembered, and of contradictions from which the wheels are not
+/// used.
+constexpr std::size_t kMemory = 5;
+constexpr int kMaxContradictions = 1;
+
+/// Returns the pose between the samples around a time; none if there are none.
+std::optional<Pose> pose_at(std::span<const OdometrySample> samples, double time) {
+  const auto after = std::lower_bound(
+      samples.begin(), samples.end(), time,
+      [](const OdometrySample& sample, double at) { return sample.timestamp < at; });
+  if (after == samples.end()) return std::nullopt;
+  if (after->timestamp == time) return after->T_odom_base;
+  if (after == samples.begin()) return std::nullopt;
+  const OdometrySample &a = *(after - 1), &b = *after;
+  const double gap = b.timestamp - a.timestamp;
+  if (gap > kLargestGap) return std::nullopt;
+  return interpolate(a.T_odom_base, b.T_odom_base, (time - a.timestamp) / gap);
+}
+
+}  // namespace
+
+void WheelNavigation::propagate(std::span<const OdometrySample> samples, double timestamp) {
+  const auto before = pose_at(samples, timestamp_), now = pose_at(samples, timestamp);
+  timestamp_ = timestamp;
+  if (!before || !now) {
+    start_.reset();
+    compared_.reset();
+    return;
+  }
+  const Pose T_before_now = before->inverse() * *now;
+  const Pose T_camera = wheels_.T_camera_base * T_before_now * wheels_.T_camera_base.inverse();
+  for (Motion* motion : {&motion_, &since_compared_}) {
+    motion->T_start_camera = motion->T_start_camera * T_camera;
+    motion->length += T_before_now.translation().norm();
+    motion->angle += T_before_now.angle();
+  }
+}
+
+/// Returns the covariance of a motion. The errors of a scale accumulate, and one of the angle moves
+/// the end of the path.
+Matrix6d WheelNavigation::covariance(const Motion& motion) const {
+  const double angle =
+      kRadians + wheels_.angle_error * motion.angle + wheels_.angle_per_length * motion.length;
+  const double length = kMeters + wheels_.length_error * motion.length + angle * motion.length / 2;
+  Eigen::Matrix<double, 6, 1> variance;
+  variance.head<3>().setConstant(length * length);
+  variance.tail<3>().setConstant(angle * angle);
+  const Matrix6d J = adjoint(wheels_.T_camera_base);
+  return J * variance.asDiagonal() * J.transpose();
+}
+
+/// Compares the wheels with the images over motions that are long enough.
+void WheelNavigation::compare(const UncertainPose& pose) {
+  if (compared_ && since_compared_.length < kComparedLength &&
+      since_compared_.angle < kComparedAngle)
+    return;
+  if (compared_) {
+    const Pose seen = compared_->T_world_camera.inverse() * pose.T_world_camera;
+    const Eigen::Matrix<double, 6, 1> difference =
+        (since_compared_.T_start_camera.inverse() * seen).log();
+    const Matrix6d S = covariance(since_compared_) + compared_->covariance + pose.covariance;
+    contradictions_.push_back(difference.dot(S.llt().solve(difference)) > kContradiction);
+    if (contradictions_.size() > kMemory) contradictions_.erase(contradictions_.begin());
+  }
+  compared_ = pose;
+  since_compared_ = {};
+}
+
+void WheelNavigation::correct(const UncertainPose& pose, bool same_world) {
+  if (!same_world) compared_.reset();
+  compare(pose);
+  timestamp_ = pose.timestamp;
+  start_ = pose;
+  motion_ = {};
+}
+
+std::optional<UncertainPose> WheelNavigation::pose() const {
+  if (!start_ ||
+      std::count(contradictions_.begin(), contradictions_.end(), true) > kMaxContradictions)
+    return std::nullopt;
+  const Matrix6d J = adjoint(motion_.T_start_camera.inverse());
+  return UncertainPose{timestamp_, start_->T_world_camera * motion_.T_start_camera,
+                       J * start_->covariance * J.transpose() + covariance(motion_)};
+}
+
+}  // namespace stillmap

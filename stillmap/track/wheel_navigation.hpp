@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/geometry/wheels.hpp"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace stillmap {
+
+/// Pose of a camera by the wheels of the robot that carries it, since the last pose that its images
+/// gave. Wheels that slip contradict the images, and are then not used.
+class WheelNavigation {
+ public:
+  explicit WheelNavigation(const Wheels& wheels) : wheels_(wheels) {}
+
+  /// Moves the pose to the time of a frame. Without samples around both times, and before the first
+  /// pose, there is none afterwards.
+  /// @param samples  by increasing time
+  void propagate(std::span<const OdometrySample> samples, double timestamp);
+
+  /// Takes the pose of the frame by its images.
+  /// @param same_world  whether it is in the world of the poses before
+  void correct(const UncertainPose& pose, bool same_world);
+
+  /// Moves the pose along with a correction of the map.
+  void move(const Pose& T_corrected_world) {
+    if (start_) start_->T_world_camera = T_corrected_world * start_->T_world_camera;
+  }
+
+  /// Returns the pose of the camera at the time of the newest frame, with its covariance; none
+  /// without one, and while the wheels contradict the images.
+  std::optional<UncertainPose> pose() const;
+
+ private:
+  /// Motion by the wheels since a pose.
+  struct Motion {
+    Pose T_start_camera;
+    double length = 0, angle = 0;  // of the path [m], [rad]
+  };
+  Eigen::Matrix<double, 6, 6> covariance(const Motion& motion) const;
+  void compare(const UncertainPose& pose);
+
+  Wheels wheels_;
+  double timestamp_ = 0;                   // of the newest frame [s]
+  std::optional<UncertainPose> start_;     // the last pose by images
+  Motion motion_;                          // since then
+  std::optional<UncertainPose> compared_;  // an earlier pose by images
+  Motion since_compared_;
+  std::vector<bool> contradictions_;  // of the last comparisons, the newest last
+};
+
+}  // namespace stillmap
