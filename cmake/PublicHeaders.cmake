@@ -7,10 +7,9 @@ set(STILLMAP_PUBLIC_HEADERS
   evaluate.hpp
   geometry/camera.hpp
   geometry/depth_sensor.hpp
-  geometry/imu.hpp
+  geometry/motion_sensors.hpp
   geometry/pose.hpp
   geometry/trajectory.hpp
-  geometry/wheels.hpp
   options.hpp
   segment/detector.hpp
   segment/instance.hpp

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/depth_sensor.hpp"
-#include "stillmap/geometry/imu.hpp"
-#include "stillmap/geometry/wheels.hpp"
+#include "stillmap/geometry/motion_sensors.hpp"
 
 #include <optional>
 #include <string>

@@ -19,7 +19,7 @@ constexpr int kPosition = 0, kVelocity = 3, kRotation = 6, kGyro = 9, kAccel = 1
 
 constexpr double kStandardGravity = 9.80665;  // [m/s^2]
 /// Acceleration below which there is no accelerometer: no camera falls freely [m/s^2].
-constexpr double kLeastAcceleration = 1;
+constexpr double kLeastAcceleration = 0.1;
 /// Standard deviations of the first velocity [m/s] and direction of gravity [rad].
 constexpr double kFirstVelocity = 1, kFirstTilt = 0.2;
 /// Errors of a camera's pose that its covariance does not contain, some of them equal in many
@@ -204,12 +204,14 @@ void InertialNavigation::enter(const UncertainPose& pose) {
   corrected_position_ = position_;
 }
 
-std::optional<UncertainPose> InertialNavigation::pose() const {
+bool InertialNavigation::contradicted() const {
   const auto contradictions =
       static_cast<std::size_t>(std::count(contradictions_.begin(), contradictions_.end(), true));
-  const bool contradicted =
-      contradictions >= kMinContradictions && kShare * contradictions > contradictions_.size();
-  if (!begun_ || contradicted || timestamp_ < since_ + kSettled) return std::nullopt;
+  return contradictions >= kMinContradictions && kShare * contradictions > contradictions_.size();
+}
+
+std::optional<UncertainPose> InertialNavigation::pose() const {
+  if (!begun_ || contradicted() || timestamp_ < since_ + kSettled) return std::nullopt;
   const Matrix3d R_imu_world = rotation_.conjugate().toRotationMatrix();
   Matrix6d P;  // of the perturbation in the frame of the IMU
   P << R_imu_world * P_.block<3, 3>(kPosition, kPosition) * R_imu_world.transpose(),

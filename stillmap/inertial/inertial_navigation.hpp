@@ -41,6 +41,9 @@ class InertialNavigation {
   /// state, before it was corrected for two seconds, and while corrections contradict it.
   std::optional<UncertainPose> pose() const;
 
+  /// Returns whether corrections contradict the state, so that there is no pose.
+  bool contradicted() const;
+
   const ImuBias& bias() const { return bias_; }
   /// Returns the acceleration of gravity in the world [m/s^2].
   const Eigen::Vector3d& gravity() const { return gravity_; }

@@ -148,6 +148,14 @@ TEST(InertialNavigation, AnAccelerometerThatContradictsThePosesIsNotUsed) {
   for (ImuSample& sample : journey.samples()) sample.acceleration *= -1;
   journey.go_for(10, true);
   EXPECT_FALSE(journey.filter().pose());
+  EXPECT_TRUE(journey.filter().contradicted());
+}
+
+TEST(InertialNavigation, AccelerationsInMultiplesOfGravityAreNotUsed) {
+  Journey journey(mounted());
+  for (ImuSample& sample : journey.samples()) sample.acceleration /= 9.80665;
+  journey.go_for(10, true);
+  EXPECT_TRUE(journey.filter().contradicted());
 }
 
 TEST(InertialNavigation, WithoutAccelerationsThereIsNoPose) {

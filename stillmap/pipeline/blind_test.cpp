@@ -40,7 +40,7 @@ struct Blind {
 
 struct Outcome {
   std::vector<FrameRecord> records;
-  std::size_t maps = 0;
+  std::size_t maps = 0, findings = 0;
   double largest_error = 0;  // of the poses handed out [m]
 };
 
@@ -67,12 +67,14 @@ Outcome run(const Blind& blind) {
   const SlamResult result = slam.finish();
   outcome.records = result.frames;
   outcome.maps = result.maps;
+  outcome.findings = result.motion_sensors.size();
   return outcome;
 }
 
 void expect_one_map(const Blind& blind, double error) {
   const Outcome outcome = run(blind);
   EXPECT_EQ(outcome.maps, 1U);
+  EXPECT_EQ(outcome.findings, 0U);
   EXPECT_LT(outcome.largest_error, error);
   for (const FrameRecord& f : outcome.records) {
     EXPECT_TRUE(f.has_pose()) << f.index << ' ' << f.reason;
@@ -87,6 +89,22 @@ TEST(Blind, WheelsBridgeSecondsInTheSameMap) { expect_one_map({.wheels = true}, 
 
 TEST(Blind, AMovingSurfaceThatCoversTheViewIsNotTakenForThePlace) {
   expect_one_map({.imu = true, .board = true}, 0.06);
+}
+
+TEST(Blind, OdometryInCentimetersIsToldAndNotUsed) {
+  Camera camera = moving().camera();
+  camera.imu.reset();
+  SlamSystem slam(camera, small_options("fused"));
+  for (const RgbdFramePtr& frame : frames()) {
+    auto pushed = std::make_shared<RgbdFrame>(*frame);
+    for (OdometrySample& sample : pushed->odometry)
+      sample.T_odom_base =
+          Pose(sample.T_odom_base.quaternion(), 100 * sample.T_odom_base.translation());
+    slam.push(pushed);
+  }
+  const SlamResult result = slam.finish();
+  ASSERT_EQ(result.motion_sensors.size(), 1U);
+  EXPECT_EQ(result.motion_sensors.front().code, "odometry-unlike");
 }
 
 TEST(Blind, WithoutThemAMapIsStartedAtThePlaceOfTheLoss) {

@@ -288,7 +288,7 @@ std::vector<Finding> run_findings(const RunDetails& run) {
   add_uncertain(run, findings);
   const SlamResult& result = run.result;
   if (result.carried_parts) findings.push_back(*result.carried_parts);
-  if (result.gyroscope) findings.push_back(*result.gyroscope);
+  append(result.motion_sensors, findings);
   if (result.maps > 1) {
     findings.push_back(make_finding(
         "unconnected-maps",

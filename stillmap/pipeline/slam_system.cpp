@@ -336,7 +336,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.detector_skipped = instances_.skipped();
   result.detector_finding = instances_.finding();
   result.carried_parts = carried_.finding();
-  result.gyroscope = tracker_.gyroscope_finding();
+  result.motion_sensors = tracker_.findings();
   result.load_shedding = load_shedding();
   result.camera = camera_;
   result.shutter = tracker_.shutter();

@@ -58,7 +58,7 @@ struct SlamResult {
   std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
   std::optional<Finding> detector_finding;  ///< See Detector::finding().
   std::optional<Finding> carried_parts;     ///< See CarriedParts::finding().
-  std::optional<Finding> gyroscope;         ///< See GyroPrior::finding().
+  std::vector<Finding> motion_sensors;      ///< See Tracker::findings().
   LoadShedding load_shedding;
   Camera camera;               ///< of the frames, without distortion
   ShutterTiming shutter;       ///< timing of the camera's shutters that was in use at the end

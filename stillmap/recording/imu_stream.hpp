@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/geometry/imu.hpp"
+#include "stillmap/geometry/motion_sensors.hpp"
 #include "stillmap/recording/rgbd_streams.hpp"
 
 #include <optional>

@@ -14,7 +14,7 @@ namespace {
 template <typename Sample>
 std::string count_text(const std::vector<Sample>& samples) {
   const double seconds = samples.back().timestamp - samples.front().timestamp;
-  const std::string count = fmt::format("{} samples", samples.size());
+  std::string count = fmt::format("{} samples", samples.size());
   if (seconds <= 0) return count;
   return fmt::format("{} at {:.0f} Hz", count, static_cast<double>(samples.size() - 1) / seconds);
 }

@@ -71,7 +71,7 @@ std::vector<OdometrySample> simulated_odometry(const std::function<Pose(double)>
   for (int i = 1; begin + i / kWheelRate <= end; ++i) {
     const double before = samples.back().timestamp, now = begin + i / kWheelRate;
     const Pose step = T_world_base(before).inverse() * T_world_base(now);
-    const Eigen::Vector3d t = step.translation(), w = so3_log(step.quaternion());
+    const Eigen::Vector3d &t = step.translation(), w = so3_log(step.quaternion());
     const Pose measured(
         so3_exp(angle_scale * w + t.norm() * turn + step_error * w.norm() * normal_vector(random)),
         length_scale * t + step_error * t.norm() * normal_vector(random));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/geometry/imu.hpp"
-#include "stillmap/geometry/wheels.hpp"
+#include "stillmap/geometry/motion_sensors.hpp"
 
 #include <functional>
 #include <vector>

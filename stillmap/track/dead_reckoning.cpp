@@ -2,6 +2,7 @@
 #include "stillmap/track/dead_reckoning.hpp"
 
 #include <Eigen/Cholesky>
+#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
@@ -49,6 +50,9 @@ void DeadReckoning::correct(const UncertainPose& pose, bool same_world) {
   if (inertia_ && same_world) inertia_->correct(pose);
   if (inertia_ && !same_world) inertia_->enter(pose);
   if (wheels_) wheels_->correct(pose, same_world);
+  ++compared_;
+  inertia_left_out_ += inertia_ && inertia_->contradicted();
+  wheels_left_out_ += wheels_ && wheels_->contradicted();
 }
 
 void DeadReckoning::correct_velocity(const Eigen::Vector3d& error) {
@@ -66,6 +70,28 @@ std::optional<UncertainPose> DeadReckoning::pose() const {
   std::optional<UncertainPose> pose = by_inertia ? by_inertia : by_wheels;
   if (by_inertia && by_wheels) pose = mean(*by_inertia, *by_wheels);
   return pose && is_within(*pose, kMaxMeters, kMaxRadians) ? pose : std::nullopt;
+}
+
+std::vector<Finding> DeadReckoning::findings() const {
+  std::vector<Finding> findings;
+  const auto add = [&](FindingCode code, const char* what, std::size_t left_out, const char* fix) {
+    if (2 * left_out < compared_ || left_out == 0) return;
+    findings.push_back(make_finding(
+        code,
+        fmt::format("{} contradict the images; they were left out in {} of {} frames", what,
+                    left_out, compared_),
+        fix,
+        {{"left_out", static_cast<double>(left_out)}, {"frames", static_cast<double>(compared_)}}));
+  };
+  add("accelerometer-unlike", "the accelerations", inertia_left_out_,
+      "check the accelerometer's axes (T_camera_imu), its unit (m/s^2, 9.81 upward at rest) and "
+      "its "
+      "clock (imu_time_offset)");
+  add("odometry-unlike", "the motions of the wheels", wheels_left_out_,
+      "check the pose of the base (T_camera_base), the unit (meters), the clock of the odometry "
+      "and "
+      "whether the wheels slip");
+  return findings;
 }
 
 double DeadReckoning::velocity_sigma() const {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/inertial/inertial_navigation.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 #include "stillmap/track/wheel_navigation.hpp"
 
 #include <optional>
+#include <vector>
 
 namespace stillmap {
 
@@ -31,9 +33,14 @@ class DeadReckoning {
   /// Returns the standard deviation of the velocity of pose() [m/s].
   double velocity_sigma() const;
 
+  /// Returns the findings that the accelerometer or the wheels contradict the images in most
+  /// frames.
+  std::vector<Finding> findings() const;
+
  private:
   std::optional<InertialNavigation> inertia_;
   std::optional<WheelNavigation> wheels_;
+  std::size_t compared_ = 0, inertia_left_out_ = 0, wheels_left_out_ = 0;  // frames
 };
 
 /// Returns whether a map may be continued at a pose: its standard deviation is at most half of the

@@ -66,6 +66,11 @@ constexpr int kYoungMapFrames = 40;
 /// Fewer moving keypoints than kLeastFalseShare do not matter [0..1].
 constexpr double kLeastFalseShare = 0.2, kFalseMotionGain = 1.3, kFalseMotionSigma = 0.6;
 
+/// Squared distance of the pose of a lost camera by the images from that by IMU or wheels up to
+/// which they agree [sigma^2]: 99.9 % with six degrees of freedom; and least share of the landmarks
+/// in view that agree with it, as for loops [0..1].
+constexpr double kMaxLostChi2 = 22.46, kLeastFoundShare = 0.25;
+
 }  // namespace
 
 Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const TrackerOptions& options,
@@ -81,6 +86,16 @@ Tracker::Tracker(const Camera& camera, const PyramidShape& pyramid, const Tracke
       gyro_(options.gyroscope ? camera.imu : std::nullopt),
       dead_reckoning_(options.dead_reckoning ? camera : Camera()) {
   if (options.repeats != RepeatRule::kNone) vocabulary_ = Vocabulary::built_in();
+}
+
+std::vector<Finding> Tracker::findings() const {
+  std::vector<Finding> findings = dead_reckoning_.findings();
+  const std::optional<Finding> gyroscope = gyro_.finding();
+  if (!gyroscope) return findings;
+  // A wrong gyroscope makes the accelerations wrong, too.
+  std::erase_if(findings, [](const Finding& f) { return f.code == "accelerometer-unlike"; });
+  findings.insert(findings.begin(), *gyroscope);
+  return findings;
 }
 
 void Tracker::predict_motion(const RgbdFrame& image) {
@@ -196,11 +211,16 @@ std::optional<LocalMapPose> Tracker::pose_of_lost(const FramePtr& frame) const {
   const auto predicted = frames_lost_ > 0 ? dead_reckoning_.pose() : std::nullopt;
   if (!predicted || is_occluded(model_, *state_.local_map, predicted->T_world_camera, *frame))
     return std::nullopt;
+  // The images decide alone: wheels that slip unnoticed would have them confirm a wrong pose.
+  auto pose = refine_in_local_map(model_, *state_.local_map, *frame,
+                                  {predicted->T_world_camera, {}}, options_.min_inliers, false);
+  if (!pose) return std::nullopt;
+  const auto expected = std::count(pose->expected.begin(), pose->expected.end(), 1);
   const PosePrior prior{predicted->T_world_camera, predicted->covariance.inverse()};
-  auto pose =
-      refine_in_local_map(model_, *state_.local_map, *frame, {predicted->T_world_camera, {}},
-                          options_.min_inliers, false, prior);
-  return pose && !pose->estimate.contradicts_prior ? pose : std::nullopt;
+  const bool agrees = prior.chi2(pose->estimate.T_world_camera) < kMaxLostChi2 &&
+                      static_cast<double>(pose->estimate.matches.size()) >=
+                          kLeastFoundShare * static_cast<double>(expected);
+  return agrees ? pose : std::nullopt;
 }
 
 /// Does nothing if the timing is known, or for a frame that does not continue the previous one.

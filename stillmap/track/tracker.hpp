@@ -96,8 +96,8 @@ class Tracker {
   /// @param initial result of predict_pose() for the frame, or none before it is known
   void compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const;
 
-  /// Returns the finding that the gyroscope contradicts the images; none if it does not.
-  std::optional<Finding> gyroscope_finding() const { return gyro_.finding(); }
+  /// Returns the findings that IMU or wheels contradict the images.
+  std::vector<Finding> findings() const;
 
   /// Returns the timing of the camera's shutters that is in use.
   const ShutterTiming& shutter() const { return calibration_.timing(); }

@@ -14,6 +14,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 /// Longest time between two samples between which a pose is interpolated [s].
 constexpr double kLargestGap = 0.3;
+/// Speeds above which an odometry was set back or jumped [m/s], [rad/s].
+constexpr double kMaxSpeed = 10, kMaxTurn = 10;
 /// Standard deviations of any motion by wheels: unevenness of the floor [m], [rad].
 constexpr double kMeters = 2e-3, kRadians = 2e-3;
 /// Length and angle of the motions that are compared with the images' [m], [rad].
@@ -43,13 +45,17 @@ std::optional<Pose> pose_at(std::span<const OdometrySample> samples, double time
 
 void WheelNavigation::propagate(std::span<const OdometrySample> samples, double timestamp) {
   const auto before = pose_at(samples, timestamp_), now = pose_at(samples, timestamp);
+  const double seconds = timestamp - timestamp_;
   timestamp_ = timestamp;
-  if (!before || !now) {
+  const Pose T_before_now = before && now ? before->inverse() * *now : Pose();
+  const bool jumps = T_before_now.translation().norm() > kMaxSpeed * seconds ||
+                     T_before_now.angle() > kMaxTurn * seconds;
+  if (jumps) add_comparison(true);
+  if (!before || !now || jumps) {
     start_.reset();
     compared_.reset();
     return;
   }
-  const Pose T_before_now = before->inverse() * *now;
   const Pose T_camera = wheels_.T_camera_base * T_before_now * wheels_.T_camera_base.inverse();
   for (Motion* motion : {&motion_, &since_compared_}) {
     motion->T_start_camera = motion->T_start_camera * T_camera;
@@ -71,6 +77,11 @@ Matrix6d WheelNavigation::covariance(const Motion& motion) const {
   return J * variance.asDiagonal() * J.transpose();
 }
 
+void WheelNavigation::add_comparison(bool contradicts) {
+  contradictions_.push_back(contradicts);
+  if (contradictions_.size() > kMemory) contradictions_.erase(contradictions_.begin());
+}
+
 /// Compares the wheels with the images over motions that are long enough.
 void WheelNavigation::compare(const UncertainPose& pose) {
   if (compared_ && since_compared_.length < kComparedLength &&
@@ -81,8 +92,7 @@ void WheelNavigation::compare(const UncertainPose& pose) {
     const Eigen::Matrix<double, 6, 1> difference =
         (since_compared_.T_start_camera.inverse() * seen).log();
     const Matrix6d S = covariance(since_compared_) + compared_->covariance + pose.covariance;
-    contradictions_.push_back(difference.dot(S.llt().solve(difference)) > kContradiction);
-    if (contradictions_.size() > kMemory) contradictions_.erase(contradictions_.begin());
+    add_comparison(difference.dot(S.llt().solve(difference)) > kContradiction);
   }
   compared_ = pose;
   since_compared_ = {};
@@ -96,10 +106,12 @@ void WheelNavigation::correct(const UncertainPose& pose, bool same_world) {
   motion_ = {};
 }
 
+bool WheelNavigation::contradicted() const {
+  return std::count(contradictions_.begin(), contradictions_.end(), true) > kMaxContradictions;
+}
+
 std::optional<UncertainPose> WheelNavigation::pose() const {
-  if (!start_ ||
-      std::count(contradictions_.begin(), contradictions_.end(), true) > kMaxContradictions)
-    return std::nullopt;
+  if (!start_ || contradicted()) return std::nullopt;
   const Matrix6d J = adjoint(motion_.T_start_camera.inverse());
   return UncertainPose{timestamp_, start_->T_world_camera * motion_.T_start_camera,
                        J * start_->covariance * J.transpose() + covariance(motion_)};

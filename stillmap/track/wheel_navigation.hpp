@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/geometry/motion_sensors.hpp"
 #include "stillmap/geometry/trajectory.hpp"
-#include "stillmap/geometry/wheels.hpp"
 
 #include <optional>
 #include <span>
@@ -15,8 +15,8 @@ class WheelNavigation {
  public:
   explicit WheelNavigation(const Wheels& wheels) : wheels_(wheels) {}
 
-  /// Moves the pose to the time of a frame. Without samples around both times, and before the first
-  /// pose, there is none afterwards.
+  /// Moves the pose to the time of a frame. Without samples around both times, where they jump, and
+  /// before the first pose, there is none afterwards.
   /// @param samples  by increasing time
   void propagate(std::span<const OdometrySample> samples, double timestamp);
 
@@ -32,6 +32,8 @@ class WheelNavigation {
   /// Returns the pose of the camera at the time of the newest frame, with its covariance; none
   /// without one, and while the wheels contradict the images.
   std::optional<UncertainPose> pose() const;
+  /// Returns whether the wheels contradict the images.
+  bool contradicted() const;
 
  private:
   /// Motion by the wheels since a pose.
@@ -40,6 +42,7 @@ class WheelNavigation {
     double length = 0, angle = 0;  // of the path [m], [rad]
   };
   Eigen::Matrix<double, 6, 6> covariance(const Motion& motion) const;
+  void add_comparison(bool contradicts);
   void compare(const UncertainPose& pose);
 
   Wheels wheels_;

@@ -49,6 +49,18 @@ TEST_F(Drive, MotionIsContinuedByTheWheels) {
 TEST_F(Drive, WheelsThatSlipAreNotUsed) {
   drive(4, true, 0.5);
   EXPECT_FALSE(navigation_.pose());
+  EXPECT_TRUE(navigation_.contradicted());
+}
+
+TEST_F(Drive, AnOdometryThatJumpsGivesNoPose) {
+  drive(3, true);
+  const Pose reset(so3_exp({0, 0, 1}), {5, 0, 0});
+  for (OdometrySample& sample : samples_)
+    if (sample.timestamp > 3.5) sample.T_odom_base = reset * sample.T_odom_base;
+  drive(0.4, false);
+  EXPECT_TRUE(navigation_.pose());
+  drive(0.4, false);
+  EXPECT_FALSE(navigation_.pose());
 }
 
 TEST_F(Drive, WithoutSamplesThereIsNoPose) {

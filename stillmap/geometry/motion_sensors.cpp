@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/geometry/imu.hpp"
+#include "stillmap/geometry/motion_sensors.hpp"
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/nearest_name.hpp"
