@@ -3,7 +3,6 @@
 
 #include "stillmap/geometry/adjoint.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -35,10 +34,6 @@ constexpr double kVelocityNoise = 0.02;
 constexpr double kSettled = 2;
 /// Squared innovation that contradicts the state [sigma^2]: 99.9 % with six degrees of freedom.
 constexpr double kContradiction = 22.46;
-/// Number of corrections that are remembered, and the share of contradicting ones from which the
-/// state is not used.
-constexpr std::size_t kMemory = 60, kMinContradictions = 4, kShare = 5;
-
 /// Returns the mean of the accelerations within a tenth of a second of a time; zero without any.
 Vector3d mean_acceleration(std::span<const ImuSample> samples, double timestamp) {
   constexpr double kWindow = 0.1;
@@ -138,8 +133,7 @@ void InertialNavigation::correct(const UncertainPose& pose) {
   Eigen::Matrix<double, 6, kStates> H = Eigen::Matrix<double, 6, kStates>::Zero();
   H.block<3, 3>(0, kPosition).setIdentity();
   H.block<3, 3>(3, kRotation).setIdentity();
-  contradictions_.push_back(update<6>(H, innovation, imu.covariance) > kContradiction);
-  if (contradictions_.size() > kMemory) contradictions_.erase(contradictions_.begin());
+  contradictions_.add(update<6>(H, innovation, imu.covariance) > kContradiction);
 }
 
 void InertialNavigation::correct_velocity(const Vector3d& error) {
@@ -202,12 +196,6 @@ void InertialNavigation::enter(const UncertainPose& pose) {
   if (!begun_) return begin(pose);
   move(of_imu(pose).T_world_camera * T_world_imu().inverse());
   corrected_position_ = position_;
-}
-
-bool InertialNavigation::contradicted() const {
-  const auto contradictions =
-      static_cast<std::size_t>(std::count(contradictions_.begin(), contradictions_.end(), true));
-  return contradictions >= kMinContradictions && kShare * contradictions > contradictions_.size();
 }
 
 std::optional<UncertainPose> InertialNavigation::pose() const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/inertial/contradictions.hpp"
 #include "stillmap/inertial/preintegration.hpp"
 
 #include <optional>
@@ -42,7 +43,7 @@ class InertialNavigation {
   std::optional<UncertainPose> pose() const;
 
   /// Returns whether corrections contradict the state, so that there is no pose.
-  bool contradicted() const;
+  bool contradicted() const { return contradictions_.too_many(); }
 
   const ImuBias& bias() const { return bias_; }
   /// Returns the acceleration of gravity in the world [m/s^2].
@@ -78,7 +79,7 @@ class InertialNavigation {
   // Of the errors of position, velocity, rotation (in the IMU), biases of gyroscope and
   // accelerometer, and direction of gravity (in the world).
   Covariance P_ = Covariance::Zero();
-  std::vector<bool> contradictions_;  // of the last corrections, the newest last
+  Contradictions contradictions_{60, 4};  // of the corrections
 };
 
 }  // namespace stillmap

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/gyro_prior.hpp"
 
-#include <algorithm>
-
 #include <Eigen/LU>
 #include <fmt/format.h>
 
@@ -12,21 +10,13 @@ namespace {
 /// Standard deviation of a measured rotation besides noise and bias: scale and alignment of the
 /// axes and the time offset, relative to the rotation, and the shutters [rad].
 constexpr double kScaleError = 0.01, kRotationError = 3e-4;
-/// Number of frames that are compared, and number of those that contradict the gyroscope from which
-/// it is left out: 4, and a fifth of all. In starts among people mostly two or fewer contradict a
-/// right one; with 6 or 8, those with wrong axes, sign or unit do up to ten times the harm.
-constexpr std::size_t kMemory = 60, kMinContradictions = 4, kShare = 5;
+/// A gyroscope that was left out in a fifth of the frames is told.
+constexpr std::size_t kShare = 5;
 /// Squared difference from which a rotation contradicts the gyroscope [sigma^2]: 99.9 % with three
 /// degrees of freedom.
 constexpr double kContradiction = 16.3;
 
 }  // namespace
-
-bool GyroPrior::is_left_out() const {
-  const auto contradictions =
-      static_cast<std::size_t>(std::count(contradictions_.begin(), contradictions_.end(), true));
-  return contradictions >= kMinContradictions && kShare * contradictions > contradictions_.size();
-}
 
 std::optional<Finding> GyroPrior::finding() const {
   if (left_out_ == 0 || kShare * left_out_ < compared_) return std::nullopt;
@@ -61,7 +51,7 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
                 R_imu_camera * covariance.bottomRightCorner<3, 3>() * R_camera_imu;
   covariance_.diagonal().array() +=
       kRotationError * kRotationError + kScaleError * kScaleError * angle * angle;
-  if (is_left_out()) return std::nullopt;
+  if (contradictions_.too_many()) return std::nullopt;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   MotionPrior prior{.T_previous_camera =
                         Pose(q * rotation * q.conjugate(), Eigen::Vector3d::Zero())};
@@ -82,11 +72,10 @@ void GyroPrior::add(const TrackedFrame& tracked, bool contradicts) {
       R_imu_camera * tracked.covariance.bottomRightCorner<3, 3>() * R_imu_camera.transpose();
   const bool differs =
       difference.dot(with_bias(covariance).inverse() * difference) > kContradiction;
-  contradictions_.push_back(contradicts || differs);
-  if (contradictions_.size() > kMemory) contradictions_.erase(contradictions_.begin());
+  contradictions_.add(contradicts || differs);
   ++compared_;
-  left_out_ += is_left_out();
-  if (!contradictions_.back()) bias_->add(*measured_, difference, covariance);
+  left_out_ += contradictions_.too_many();
+  if (!contradicts && !differs) bias_->add(*measured_, difference, covariance);
 }
 
 }  // namespace stillmap

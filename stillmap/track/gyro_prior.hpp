@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/base/finding.hpp"
+#include "stillmap/inertial/contradictions.hpp"
 #include "stillmap/inertial/gyro_bias.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 #include "stillmap/track/tracker_state.hpp"
 
 #include <optional>
-#include <vector>
 
 namespace stillmap {
 
@@ -34,15 +34,16 @@ class GyroPrior {
   std::optional<Finding> finding() const;
 
  private:
-  bool is_left_out() const;
   Eigen::Matrix3d with_bias(const Eigen::Matrix3d& covariance) const;
 
   std::optional<Imu> imu_;
   std::optional<GyroBias> bias_;
   std::optional<Preintegration> measured_;  // up to the frame of motion()
   Eigen::Matrix3d covariance_ =
-      Eigen::Matrix3d::Zero();               // of it and of the previous pose, in the IMU
-  std::vector<bool> contradictions_;         // of the last frames, the newest last
+      Eigen::Matrix3d::Zero();  // of it and of the previous pose, in the IMU
+  // Of the frames. In starts among people mostly two or fewer contradict a right gyroscope; with 6
+  // or 8, those with wrong axes, sign or unit do up to ten times the harm.
+  Contradictions contradictions_{60, 4};
   std::size_t compared_ = 0, left_out_ = 0;  // frames
 };
 

@@ -261,10 +261,7 @@ TrackedFramePtr Tracker::start_map(const FramePtr& frame, const Pose& T_world_ca
   if (state_.local_map && frames_in_map_ < kMinMapFrames)
     result->proposal->abandoned = state_.local_map->reference;
   begin_map(frame, result, Pose());
-  frames_lost_ = 0;
-  new_map_policy_.reset();
-  still_surface_.reset();
-  T_world_lost_.reset();
+  end_loss();
   return result;
 }
 
@@ -502,6 +499,11 @@ void Tracker::set_previous(const TrackedFramePtr& tracked) {
   state_.twist = state_.T_previous_next.log() / dt;
   state_.T_world_previous = *tracked->T_world_camera;
   state_.previous = tracked;
+  end_loss();
+}
+
+/// Notes that the camera has a pose by its images.
+void Tracker::end_loss() {
   frames_lost_ = 0;
   new_map_policy_.reset();
   still_surface_.reset();

@@ -153,6 +153,7 @@ class Tracker {
   std::optional<Pose> motion_since_previous(const Pose& T_world_camera) const;
   EgoMotion ego_motion(const Features& features, const PreviousFramePose& pose) const;
   void judge(TrackedFrame& tracked);
+  void end_loss();
   void set_previous(const TrackedFramePtr& tracked);
   void adopt(const LocalMapPtr& local_map);
 

@@ -22,10 +22,6 @@ constexpr double kMeters = 2e-3, kRadians = 2e-3;
 constexpr double kComparedLength = 0.2, kComparedAngle = 0.2;
 /// Squared difference that contradicts the wheels [sigma^2]: 99.9 % with six degrees of freedom.
 constexpr double kContradiction = 22.46;
-/// Number of comparisons that are remembered, and of contradictions from which the wheels are not
-/// used.
-constexpr std::size_t kMemory = 5;
-constexpr int kMaxContradictions = 1;
 
 /// Returns the pose between the samples around a time; none if there are none.
 std::optional<Pose> pose_at(std::span<const OdometrySample> samples, double time) {
@@ -50,7 +46,7 @@ void WheelNavigation::propagate(std::span<const OdometrySample> samples, double 
   const Pose T_before_now = before && now ? before->inverse() * *now : Pose();
   const bool jumps = T_before_now.translation().norm() > kMaxSpeed * seconds ||
                      T_before_now.angle() > kMaxTurn * seconds;
-  if (jumps) add_comparison(true);
+  if (jumps) contradictions_.add(true);
   if (!before || !now || jumps) {
     start_.reset();
     compared_.reset();
@@ -77,11 +73,6 @@ Matrix6d WheelNavigation::covariance(const Motion& motion) const {
   return J * variance.asDiagonal() * J.transpose();
 }
 
-void WheelNavigation::add_comparison(bool contradicts) {
-  contradictions_.push_back(contradicts);
-  if (contradictions_.size() > kMemory) contradictions_.erase(contradictions_.begin());
-}
-
 /// Compares the wheels with the images over motions that are long enough.
 void WheelNavigation::compare(const UncertainPose& pose) {
   if (compared_ && since_compared_.length < kComparedLength &&
@@ -92,7 +83,7 @@ void WheelNavigation::compare(const UncertainPose& pose) {
     const Eigen::Matrix<double, 6, 1> difference =
         (since_compared_.T_start_camera.inverse() * seen).log();
     const Matrix6d S = covariance(since_compared_) + compared_->covariance + pose.covariance;
-    add_comparison(difference.dot(S.llt().solve(difference)) > kContradiction);
+    contradictions_.add(difference.dot(S.llt().solve(difference)) > kContradiction);
   }
   compared_ = pose;
   since_compared_ = {};
@@ -104,10 +95,6 @@ void WheelNavigation::correct(const UncertainPose& pose, bool same_world) {
   timestamp_ = pose.timestamp;
   start_ = pose;
   motion_ = {};
-}
-
-bool WheelNavigation::contradicted() const {
-  return std::count(contradictions_.begin(), contradictions_.end(), true) > kMaxContradictions;
 }
 
 std::optional<UncertainPose> WheelNavigation::pose() const {

@@ -2,10 +2,10 @@
 #pragma once
 #include "stillmap/geometry/motion_sensors.hpp"
 #include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/inertial/contradictions.hpp"
 
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace stillmap {
 
@@ -33,7 +33,7 @@ class WheelNavigation {
   /// without one, and while the wheels contradict the images.
   std::optional<UncertainPose> pose() const;
   /// Returns whether the wheels contradict the images.
-  bool contradicted() const;
+  bool contradicted() const { return contradictions_.too_many(); }
 
  private:
   /// Motion by the wheels since a pose.
@@ -42,7 +42,6 @@ class WheelNavigation {
     double length = 0, angle = 0;  // of the path [m], [rad]
   };
   Eigen::Matrix<double, 6, 6> covariance(const Motion& motion) const;
-  void add_comparison(bool contradicts);
   void compare(const UncertainPose& pose);
 
   Wheels wheels_;
@@ -51,7 +50,7 @@ class WheelNavigation {
   Motion motion_;                          // since then
   std::optional<UncertainPose> compared_;  // an earlier pose by images
   Motion since_compared_;
-  std::vector<bool> contradictions_;  // of the last comparisons, the newest last
+  Contradictions contradictions_{5, 2};  // of the comparisons
 };
 
 }  // namespace stillmap
