@@ -48,7 +48,7 @@ class Smoke(unittest.TestCase):
     def test_occlusion(self):
         printed = self.program("occlusion", "--camera", "xyz", "--share", "1", "--seconds", "1", "--frames", "45",
                                "--from", "10")
-        self.assertRegex(printed, r"1\.0 1 +\d+ of 30 .* of 45 ")
+        self.assertRegex(printed, r"1\.0 1 +\d+ of +30 .* of 45 ")
 
     def test_kidnap(self):
         printed = self.program("kidnap", "--mapped", "110", "--visits", "1", "--end", "112")
