@@ -19,12 +19,15 @@ std::shared_ptr<const SimulatedSequence> following() {
                                                                   .camera = "follow",
                                                                   .frames = 60,
                                                                   .width = 320,
-                                                                  .height = 240});
+                                                                  .height = 240,
+                                                                  .wheels = true});
   return made;
 }
 
-SlamResult result_with(std::unique_ptr<Detector> detector) {
-  SlamSystem slam(following()->camera(), recorded::small_options("fused"), std::move(detector));
+SlamResult result_with(std::unique_ptr<Detector> detector, bool wheels = false) {
+  Camera camera = following()->camera();
+  if (!wheels) camera.wheels.reset();
+  SlamSystem slam(camera, recorded::small_options("fused"), std::move(detector));
   for (std::size_t i = 0; i < following()->frames(); ++i) slam.push(following()->frame(i));
   return slam.finish();
 }
@@ -45,6 +48,13 @@ TEST(Companion, MakesPosesUncertainWithoutMasks) {
     return frame.uncertainty == Uncertainty::kContradiction;
   });
   EXPECT_TRUE(error_of(result) < 0.02 || 5 * uncertain > 60) << "a wrong path without a doubt";
+}
+
+TEST(Companion, IsNotFollowedIfWheelsGiveTheMotion) {
+  const SlamResult result = result_with(nullptr, true);
+  EXPECT_EQ(result.trajectory.size(), following()->frames());
+  EXPECT_LT(error_of(result), 0.02);
+  EXPECT_FALSE(result.carried_parts);
 }
 
 }  // namespace

@@ -124,8 +124,8 @@ std::size_t background_at_rest(CellDepths& depths) {
 }  // namespace
 
 void CarriedParts::add(const TrackingModel& model, const TrackedFramePtr& tracked) {
-  if (!tracked->has_pose() || tracked->enters_world()) earlier_ = nullptr;
-  if (!tracked->has_pose()) return;
+  if (!tracked->has_pose() || tracked->enters_world() || tracked->confirmed) earlier_ = nullptr;
+  if (!tracked->has_pose() || tracked->confirmed) return;
   if (earlier_ && ++frames_ < kInterval) return;
   const TrackedFramePtr a = std::exchange(earlier_, tracked);
   frames_ = 0;

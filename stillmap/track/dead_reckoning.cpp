@@ -56,7 +56,7 @@ void DeadReckoning::correct(const UncertainPose& pose, bool same_world) {
 }
 
 void DeadReckoning::correct_velocity(const Eigen::Vector3d& error) {
-  if (inertia_ && !(wheels_ && wheels_->pose())) inertia_->correct_velocity(error);
+  if (inertia_ && !by_wheels()) inertia_->correct_velocity(error);
 }
 
 void DeadReckoning::move(const Pose& T_corrected_world) {
@@ -64,12 +64,20 @@ void DeadReckoning::move(const Pose& T_corrected_world) {
   if (wheels_) wheels_->move(T_corrected_world);
 }
 
-std::optional<UncertainPose> DeadReckoning::pose() const {
+std::optional<UncertainPose> DeadReckoning::with_inertia(
+    const std::optional<UncertainPose>& by_wheels) const {
   const auto by_inertia = inertia_ ? inertia_->pose() : std::nullopt;
-  const auto by_wheels = wheels_ ? wheels_->pose() : std::nullopt;
   std::optional<UncertainPose> pose = by_inertia ? by_inertia : by_wheels;
   if (by_inertia && by_wheels) pose = mean(*by_inertia, *by_wheels);
   return pose && is_within(*pose, kMaxMeters, kMaxRadians) ? pose : std::nullopt;
+}
+
+std::optional<UncertainPose> DeadReckoning::pose() const {
+  return with_inertia(wheels_ ? wheels_->pose() : std::nullopt);
+}
+
+std::optional<UncertainPose> DeadReckoning::expected() const {
+  return with_inertia(wheels_ ? wheels_->pose_since_earlier() : std::nullopt);
 }
 
 std::vector<Finding> DeadReckoning::findings() const {
@@ -95,8 +103,7 @@ std::vector<Finding> DeadReckoning::findings() const {
 }
 
 double DeadReckoning::velocity_sigma() const {
-  const bool by_wheels = wheels_ && wheels_->pose();
-  return inertia_ && !by_wheels ? inertia_->velocity_sigma() : 0;
+  return inertia_ && !by_wheels() ? inertia_->velocity_sigma() : 0;
 }
 
 bool is_certain(const UncertainPose& pose) {

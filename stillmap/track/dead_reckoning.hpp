@@ -30,6 +30,11 @@ class DeadReckoning {
   /// Returns the pose at the newest frame; none without IMU and wheels, while these contradict the
   /// images, and where its standard deviation is above half a meter or 0.15 rad.
   std::optional<UncertainPose> pose() const;
+  /// Returns the pose that the images of the newest frame are expected to show; none as for pose().
+  std::optional<UncertainPose> expected() const;
+  /// Returns whether the wheels give the motion. Agreement with them confirms a pose, unlike that
+  /// with inertia alone, whose velocity the images correct.
+  bool by_wheels() const { return wheels_ && wheels_->pose(); }
   /// Returns the standard deviation of the velocity of pose() [m/s].
   double velocity_sigma() const;
 
@@ -38,6 +43,8 @@ class DeadReckoning {
   std::vector<Finding> findings() const;
 
  private:
+  std::optional<UncertainPose> with_inertia(const std::optional<UncertainPose>& by_wheels) const;
+
   std::optional<InertialNavigation> inertia_;
   std::optional<WheelNavigation> wheels_;
   std::size_t compared_ = 0, inertia_left_out_ = 0, wheels_left_out_ = 0;  // frames

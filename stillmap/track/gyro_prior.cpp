@@ -10,6 +10,8 @@ namespace {
 /// Standard deviation of a measured rotation besides noise and bias: scale and alignment of the
 /// axes and the time offset, relative to the rotation, and the shutters [rad].
 constexpr double kScaleError = 0.01, kRotationError = 3e-4;
+/// Angular velocity above which images cannot be tracked anyway [rad/s].
+constexpr double kMaxRate = 8;
 /// A gyroscope that was left out in a fifth of the frames is told.
 constexpr std::size_t kShare = 5;
 /// Squared difference from which a rotation contradicts the gyroscope [sigma^2]: 99.9 % with three
@@ -51,7 +53,9 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
                 R_imu_camera * covariance.bottomRightCorner<3, 3>() * R_camera_imu;
   covariance_.diagonal().array() +=
       kRotationError * kRotationError + kScaleError * kScaleError * angle * angle;
-  if (contradictions_.too_many()) return std::nullopt;
+  if (angle > kMaxRate * (image.timestamp - before)) contradictions_.add(true);
+  if (contradictions_.too_many() || angle > kMaxRate * (image.timestamp - before))
+    return std::nullopt;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   MotionPrior prior{.T_previous_camera =
                         Pose(q * rotation * q.conjugate(), Eigen::Vector3d::Zero())};
@@ -60,7 +64,7 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
   return prior;
 }
 
-void GyroPrior::add(const TrackedFrame& tracked, bool contradicts) {
+void GyroPrior::add(const TrackedFrame& tracked) {
   if (!measured_ || !tracked.T_previous_camera) return;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   const Eigen::Quaterniond seen = q.conjugate() * tracked.T_previous_camera->quaternion() * q;
@@ -70,12 +74,12 @@ void GyroPrior::add(const TrackedFrame& tracked, bool contradicts) {
   const Eigen::Matrix3d covariance =
       covariance_ +
       R_imu_camera * tracked.covariance.bottomRightCorner<3, 3>() * R_imu_camera.transpose();
-  const bool differs =
+  const bool contradicts =
       difference.dot(with_bias(covariance).inverse() * difference) > kContradiction;
-  contradictions_.add(contradicts || differs);
+  contradictions_.add(contradicts);
   ++compared_;
   left_out_ += contradictions_.too_many();
-  if (!contradicts && !differs) bias_->add(*measured_, difference, covariance);
+  if (!contradicts) bias_->add(*measured_, difference, covariance);
 }
 
 }  // namespace stillmap

@@ -27,8 +27,7 @@ class GyroPrior {
                                     const Matrix6d& covariance);
 
   /// Adds a tracked frame with T_previous_camera, whose motion was predicted by motion().
-  /// @param contradicts  whether the best pose contradicts the prior: PoseEstimate
-  void add(const TrackedFrame& tracked, bool contradicts);
+  void add(const TrackedFrame& tracked);
 
   /// Returns the finding that it was left out in a fifth of the frames or more; none otherwise.
   std::optional<Finding> finding() const;

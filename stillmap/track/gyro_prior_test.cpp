@@ -54,7 +54,7 @@ struct TurningCamera {
       TrackedFrame tracked;
       tracked.T_previous_camera = motion(i);
       tracked.covariance = covariance;
-      gyro.add(tracked, /*contradicts=*/false);
+      gyro.add(tracked);
     }
     return prior;
   }
@@ -137,6 +137,19 @@ TEST(EstimatePose, APriorDecidesBetweenTwoMotions) {
   const Pose error = bodies.T_static.inverse() * bodies.pose(prior);
   EXPECT_LT(error.translation().norm(), 1e-3);
   EXPECT_LT(error.angle(), 1e-3);
+}
+
+TEST(EstimatePose, APriorOfAllDegreesOfFreedomNeedsAFewMatches) {
+  TwoBodies bodies;
+  PosePrior prior{bodies.T_static};
+  prior.information.diagonal() << 1e5, 1e5, 1e5, 1e5, 1e5, 1e5;
+  std::erase_if(bodies.matches,
+                [](const PointMatch& m) { return m.keypoint % 20 >= 11 && m.keypoint % 60 >= 20; });
+  const Pose error = bodies.T_static.inverse() * bodies.pose(prior);
+  EXPECT_LT(error.translation().norm(), 1e-3) << "a fifth of the matches";
+  std::erase_if(bodies.matches, [](const PointMatch& m) { return m.keypoint % 20 >= 11; });
+  EXPECT_LT((bodies.T_moving.inverse() * bodies.pose(prior)).translation().norm(), 1e-3)
+      << "no match";
 }
 
 TEST(EstimatePose, APriorThatHardlyAnyMatchFitsDoesNotDecide) {

@@ -12,32 +12,43 @@ namespace {
 /// them of few.
 constexpr double kLandmarkVariance = 1;
 
-/// Squared distance from its prior up to which a pose agrees with it [sigma^2]: 99.9 % with three
+/// Squared distance from its prior up to which a pose agrees with it [sigma^2]: 99.9 % with six
 /// degrees of freedom.
-constexpr double kPriorChi2 = 16.3;
+constexpr double kPriorChi2 = 22.46;
 /// Factor on the information of a prior with which it decides against all matches.
 constexpr double kFirm = 1e4;
-/// Least number of inliers of a pose that agrees with the prior, relative to that of the best pose.
-/// In a start among people a wrong motion had 1.3 times the inliers of the true one
-/// (lab/records/real_sensors.md).
-constexpr double kLeastShare = 0.7;
+/// Of the matches that agree with either the pose near the prior or the one without it, the least
+/// number and share that must agree with the former. Where the prior is wrong only outliers do.
+constexpr int kLeastSupport = 10;
+constexpr double kLeastShare = 0.1;
 
-/// @param contradicts  set if the best pose contradicts the prior
+bool agrees(const PoseSolution& solution, const PosePrior& prior) {
+  return solution.well_posed && prior.chi2(solution.T_world_camera) <= kPriorChi2;
+}
+
+/// Returns whether enough matches tell for the motion of the prior: those of the background if
+/// somebody near the camera has the others.
+bool is_supported(const PoseSolution& near, const PoseSolution& without) {
+  int only_near = 0, only_without = 0;
+  for (std::size_t i = 0; i < near.inlier.size(); ++i) {
+    only_near += near.inlier[i] && !without.inlier[i];
+    only_without += without.inlier[i] && !near.inlier[i];
+  }
+  return near.well_posed && only_near >= kLeastSupport &&
+         only_near >= kLeastShare * (only_near + only_without);
+}
+
 PoseSolution solve_near_prior(const Camera& camera, const Pose& guess,
                               const std::vector<PoseObservation>& observations,
-                              const std::optional<PosePrior>& prior, bool& contradicts) {
+                              const std::optional<PosePrior>& prior) {
   PoseSolution with_prior = solve_pose(camera, guess, observations, prior);
-  const auto agrees = [&](const PoseSolution& solution) {
-    return solution.well_posed && prior->chi2(solution.T_world_camera) <= kPriorChi2;
-  };
-  if (!prior || agrees(with_prior)) return with_prior;
-  contradicts = true;
+  if (!prior || agrees(with_prior, *prior)) return with_prior;
   PoseSolution without = solve_pose(camera, guess, observations);
   const PosePrior firm{prior->T_world_camera, kFirm * prior->information};
-  const PoseSolution bound = solve_pose(camera, guess, observations, firm);
-  if (!bound.well_posed || bound.inliers < kLeastShare * without.inliers) return without;
+  PoseSolution bound = solve_pose(camera, prior->T_world_camera, observations, firm);
+  if (!is_supported(bound, without)) return without;
   PoseSolution near = solve_pose(camera, bound.T_world_camera, observations, prior);
-  return agrees(near) ? near : bound;
+  return agrees(near, *prior) ? near : bound;
 }
 
 /// Inverse information times the a posteriori variance of unit weight.
@@ -58,11 +69,11 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
     observations.push_back({match.p_world, k.u, k.v, k.depth,
                             static_cast<float>(model.pyramid.scale(k.level)), match.weight});
   }
-  bool contradicts = false;
   const PoseSolution solution =
-      solve_near_prior(model.camera, T_world_camera_guess, observations, prior, contradicts);
+      solve_near_prior(model.camera, T_world_camera_guess, observations, prior);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
-  PoseEstimate estimate{solution.T_world_camera, {}, covariance_of(solution), contradicts};
+  PoseEstimate estimate{solution.T_world_camera, {}, covariance_of(solution)};
+  estimate.contradicts_prior = prior && !agrees(solution, *prior);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (solution.inlier[i]) estimate.matches.push_back(matches[i]);
   }

@@ -29,7 +29,7 @@ struct PoseEstimate {
   /// Covariance of the perturbation (v, w) in T_world_camera exp(v, w), from the residuals of the
   /// inliers; landmarks are taken to be as uncertain as keypoints [m^2, rad^2].
   Matrix6d covariance = Matrix6d::Zero();
-  /// Whether the pose with the best residuals contradicts the prior.
+  /// Whether the pose contradicts the prior: too few matches agree with any near it.
   bool contradicts_prior = false;
 };
 
@@ -51,7 +51,7 @@ inline constexpr int kSureInliers = 40;
 /// Returns the pose that minimizes the reprojection errors of the matches, or none if the problem
 /// is not well posed or fewer than `min_inliers` matches agree. If another motion than that of the
 /// prior fits most matches, such as that of somebody near the camera, the best pose that agrees
-/// with the prior is returned, unless hardly any match fits it.
+/// with the prior is returned, unless hardly any match tells for it.
 std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Features& features,
                                           const Pose& T_world_camera_guess,
                                           const std::vector<PointMatch>& matches, int min_inliers,

@@ -14,6 +14,11 @@ constexpr double kSearchRadius = 15;
 /// at 30 Hz and a focal length of 525 pixels.
 constexpr double kStartSearchRadius = 60;
 
+/// Number of matches that agree with a pose near the prior, relative to that with another pose, from
+/// which the former is right: three quarters where somebody who walks ahead fills half of the view.
+/// Where the prior is wrong, few do.
+constexpr double kLeastExpected = 0.3;
+
 /// Bound of the squared pixel residual of a point that agrees roughly with a guess: 3 sigma
 /// [sigma^2].
 constexpr double kNearChi2 = 9;
@@ -112,7 +117,7 @@ std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Feat
   }
   if (!with_points) return estimate_pose(model, features, guess, landmarks, kMinInliers, prior);
   auto estimate = estimate_pose(model, features, guess, landmarks, kSureInliers, prior);
-  return estimate ? estimate : estimate_from_points(model, features, guess, all, prior);
+  return estimate && !estimate->contradicts_prior ? estimate : estimate_from_points(model, features, guess, all, prior);
 }
 
 /// Returns the pose after the first frame of a map, whose velocity is not known.
@@ -124,6 +129,29 @@ Pose pose_after_start(const TrackingModel& model, const TrackerState& state,
   const auto matches = match_previous(model, state, features, excluded, guess, kStartSearchRadius);
   const auto estimate = estimate_from(model, features, matches, with_points, guess, prior);
   return estimate ? estimate->T_world_camera : guess;
+}
+
+/// Returns the pose by the prior, with the velocity of before where its translation is not known.
+Pose expected_pose(const TrackerState& state) {
+  const Pose T_previous_camera = state.motion_prior->T_previous_camera;
+  if (!state.motion_prior->information.topRows<3>().isZero())
+    return state.T_world_previous * T_previous_camera;
+  return state.T_world_previous *
+         Pose(T_previous_camera.quaternion(), state.T_previous_next.translation());
+}
+
+/// Returns the pose from matches near their places at a guess.
+std::optional<PreviousFramePose> track_near(const TrackingModel& model, const TrackerState& state,
+                                            const Features& features,
+                                            const std::vector<std::uint8_t>& excluded,
+                                            bool with_points, const Pose& guess) {
+  const auto prior = state.prior();
+  for (const double radius : {kSearchRadius, 2 * kSearchRadius}) {
+    auto matches = match_previous(model, state, features, excluded, guess, radius);
+    auto estimate = estimate_from(model, features, matches, with_points, guess, prior);
+    if (estimate) return PreviousFramePose{std::move(*estimate), std::move(matches)};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -138,12 +166,16 @@ std::optional<PreviousFramePose> track_previous_frame(const TrackingModel& model
   const Pose guess = state.velocity_known()
                          ? state.T_world_previous * state.T_previous_next
                          : pose_after_start(model, state, features, with_points, excluded);
-  for (const double radius : {kSearchRadius, 2 * kSearchRadius}) {
-    auto matches = match_previous(model, state, features, excluded, guess, radius);
-    auto estimate = estimate_from(model, features, matches, with_points, guess, state.prior());
-    if (estimate) return PreviousFramePose{std::move(*estimate), std::move(matches)};
-  }
-  return std::nullopt;
+  const auto tracked_from = [&](const Pose& near) {
+    return track_near(model, state, features, excluded, with_points, near);
+  };
+  auto tracked = tracked_from(guess);
+  if (!state.motion_prior || (tracked && !tracked->estimate.contradicts_prior)) return tracked;
+  auto expected = tracked_from(expected_pose(state));
+  if (!expected || expected->estimate.contradicts_prior) return tracked;
+  const bool enough = !tracked || std::ssize(expected->estimate.matches) >
+                                      kLeastExpected * std::ssize(tracked->estimate.matches);
+  return enough ? expected : tracked;
 }
 
 }  // namespace stillmap

@@ -35,6 +35,7 @@ struct TrackedFrame {
   /// with a pose again: to correct those before.
   std::optional<Pose> T_world_predicted;
   bool contradicts_motion = false;  ///< see MotionConsistency
+  bool confirmed = false;           ///< The pose agrees with the motion of the wheels.
   /// Correction of the pose by the motion before it: T_world_camera T_camera_filtered is handed out
   /// during the run; the map uses T_world_camera. See TrajectoryFilter.
   Pose T_camera_filtered;

@@ -13,6 +13,8 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -35,6 +37,14 @@ std::shared_ptr<TrackedFrame> without_pose(const FramePtr& frame, TrackState sta
   result->reason = std::move(reason);
   result->landmarks.assign(frame->features->size(), LandmarkId{});
   return result;
+}
+
+/// Returns the mean of two motions, weighted by their information.
+MotionPrior mean(const MotionPrior& a, const MotionPrior& b) {
+  const Matrix6d information = a.information + b.information;
+  const Vector6d difference = (a.T_previous_camera.inverse() * b.T_previous_camera).log();
+  const Vector6d step = information.ldlt().solve(b.information * difference);
+  return {a.T_previous_camera * Pose::exp(step), information};
 }
 
 /// Returns a frame that starts a map.
@@ -103,11 +113,18 @@ void Tracker::predict_motion(const RgbdFrame& image) {
   dead_reckoning_.propagate(image);
   if (!state_.previous || frames_lost_ > 0) return;
   const double before = state_.previous->frame->timestamp();
-  state_.motion_prior = gyro_.motion(image, before, state_.previous->covariance);
-  if (!state_.motion_prior) return;
-  const Eigen::Quaterniond& rotation = state_.motion_prior->T_previous_camera.quaternion();
-  state_.T_previous_next = Pose(rotation, state_.T_previous_next.translation());
-  state_.twist = state_.T_previous_next.log() / (image.timestamp - before);
+  const auto rotation = gyro_.motion(image, before, state_.previous->covariance);
+  const auto expected = dead_reckoning_.expected();
+  state_.motion_prior = rotation;
+  if (expected) {
+    state_.motion_prior =
+        MotionPrior{state_.T_world_previous.inverse() * expected->T_world_camera,
+                    expected->covariance.inverse()};
+    if (rotation) state_.motion_prior = mean(*state_.motion_prior, *rotation);
+  }
+  if (!rotation) return;
+  const Pose next(rotation->T_previous_camera.quaternion(), state_.T_previous_next.translation());
+  state_.twist = next.log() / (image.timestamp - before);
 }
 
 Vector6d Tracker::twist_of(const RgbdFrame& image,
@@ -199,7 +216,7 @@ std::optional<Tracker::Relabeled> Tracker::pose_without_motion(const Frame& fram
   const auto sigma = [](const LocalMapPose& p) {  // of the position [m]
     return std::sqrt(p.estimate.covariance.topLeftCorner<3, 3>().trace());
   };
-  if (!still || inliers(*still) < kFalseMotionGain * inliers(pose) ||
+  if (!still || still->estimate.contradicts_prior || inliers(*still) < kFalseMotionGain * inliers(pose) ||
       sigma(*still) > kFalseMotionSigma * sigma(pose))
     return std::nullopt;
   return Relabeled{relabeled, *still};
@@ -315,7 +332,8 @@ TrackedFramePtr Tracker::restart_map(const FramePtr& frame, const InitialPose& i
 /// Returns T_first_frame, the motion since the first frame of the map, if that was started on
 /// moving objects.
 std::optional<Pose> Tracker::motion_against_map(const Frame& frame, const LocalMapPose& pose) {
-  if (!options_.erase_seen_through) return std::nullopt;
+  const bool confirmed = dead_reckoning_.by_wheels() && !pose.estimate.contradicts_prior;
+  if (!options_.erase_seen_through || confirmed) return std::nullopt;
   return start_verification_.contradiction(model_, frame, pose.estimate.T_world_camera);
 }
 
@@ -420,8 +438,9 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   const LocalMap& local_map = *state_.local_map;
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;
+  result->confirmed = dead_reckoning_.by_wheels() && !pose.estimate.contradicts_prior;
   if (!relocalized) result->T_previous_camera = motion_since_previous(pose.estimate.T_world_camera);
-  gyro_.add(*result, pose.estimate.contradicts_prior);
+  gyro_.add(*result);
   if (!relocalized) note_prediction(*result);
   judge(*result);
   dead_reckoning_.correct({frame->timestamp(), pose.estimate.T_world_camera, result->covariance},

@@ -11,7 +11,7 @@
 
 namespace stillmap {
 
-/// Motion of the camera since the previous frame that an IMU measured.
+/// Motion of the camera since the previous frame by IMU and wheels.
 struct MotionPrior {
   Pose T_previous_camera;
   /// As that of PosePrior, with the uncertainty of the previous pose.
@@ -26,7 +26,7 @@ struct TrackerState {
   Pose T_previous_next;      ///< predicted motion to the next frame (constant velocity)
   Eigen::Matrix<double, 6, 1> twist =
       Eigen::Matrix<double, 6, 1>::Zero();  ///< velocity of the camera in its frame [m/s, rad/s]
-  std::optional<MotionPrior> motion_prior;  ///< none without an IMU
+  std::optional<MotionPrior> motion_prior;  ///< none without IMU and wheels
   /// Per keypoint of `previous` if that was tracked by odometry, else empty: world position [m] at
   /// which its point was first observed. So errors accumulate per point and not per frame.
   std::vector<std::optional<Eigen::Vector3d>> odometry_points;

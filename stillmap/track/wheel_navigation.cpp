@@ -20,6 +20,8 @@ constexpr double kMaxSpeed = 10, kMaxTurn = 10;
 constexpr double kMeters = 2e-3, kRadians = 2e-3;
 /// Length and angle of the motions that are compared with the images' [m], [rad].
 constexpr double kComparedLength = 0.2, kComparedAngle = 0.2;
+/// Age of the earliest pose from which the wheels continue [s].
+constexpr double kEarlier = 0.5;
 /// Squared difference that contradicts the wheels [sigma^2]: 99.9 % with six degrees of freedom.
 constexpr double kContradiction = 22.46;
 
@@ -48,16 +50,18 @@ void WheelNavigation::propagate(std::span<const OdometrySample> samples, double 
                      T_before_now.angle() > kMaxTurn * seconds;
   if (jumps) contradictions_.add(true);
   if (!before || !now || jumps) {
-    start_.reset();
+    starts_.clear();
     compared_.reset();
     return;
   }
   const Pose T_camera = wheels_.T_camera_base * T_before_now * wheels_.T_camera_base.inverse();
-  for (Motion* motion : {&motion_, &since_compared_}) {
-    motion->T_start_camera = motion->T_start_camera * T_camera;
-    motion->length += T_before_now.translation().norm();
-    motion->angle += T_before_now.angle();
-  }
+  const auto add = [&](Motion& motion) {
+    motion.T_start_camera = motion.T_start_camera * T_camera;
+    motion.length += T_before_now.translation().norm();
+    motion.angle += T_before_now.angle();
+  };
+  for (Start& start : starts_) add(start.since);
+  if (compared_) add(compared_->since);
 }
 
 /// Returns the covariance of a motion. The errors of a scale accumulate, and one of the angle moves
@@ -75,33 +79,45 @@ Matrix6d WheelNavigation::covariance(const Motion& motion) const {
 
 /// Compares the wheels with the images over motions that are long enough.
 void WheelNavigation::compare(const UncertainPose& pose) {
-  if (compared_ && since_compared_.length < kComparedLength &&
-      since_compared_.angle < kComparedAngle)
+  if (compared_ && compared_->since.length < kComparedLength &&
+      compared_->since.angle < kComparedAngle)
     return;
   if (compared_) {
-    const Pose seen = compared_->T_world_camera.inverse() * pose.T_world_camera;
-    const Eigen::Matrix<double, 6, 1> difference =
-        (since_compared_.T_start_camera.inverse() * seen).log();
-    const Matrix6d S = covariance(since_compared_) + compared_->covariance + pose.covariance;
+    const auto& [start, since] = *compared_;
+    const Pose seen = start.T_world_camera.inverse() * pose.T_world_camera;
+    const Eigen::Matrix<double, 6, 1> difference = (since.T_start_camera.inverse() * seen).log();
+    const Matrix6d S = covariance(since) + start.covariance + pose.covariance;
     contradictions_.add(difference.dot(S.llt().solve(difference)) > kContradiction);
   }
-  compared_ = pose;
-  since_compared_ = {};
+  compared_ = Start{pose, {}};
 }
 
 void WheelNavigation::correct(const UncertainPose& pose, bool same_world) {
-  if (!same_world) compared_.reset();
+  if (!same_world) {
+    compared_.reset();
+    starts_.clear();
+  }
   compare(pose);
   timestamp_ = pose.timestamp;
-  start_ = pose;
-  motion_ = {};
+  starts_.push_back({pose, {}});
+  while (starts_.front().pose.timestamp < timestamp_ - kEarlier) starts_.pop_front();
+}
+
+UncertainPose WheelNavigation::moved(const Start& start) const {
+  const auto& [pose, since] = start;
+  const Matrix6d J = adjoint(since.T_start_camera.inverse());
+  return {timestamp_, pose.T_world_camera * since.T_start_camera,
+          J * pose.covariance * J.transpose() + covariance(since)};
 }
 
 std::optional<UncertainPose> WheelNavigation::pose() const {
-  if (!start_ || contradicted()) return std::nullopt;
-  const Matrix6d J = adjoint(motion_.T_start_camera.inverse());
-  return UncertainPose{timestamp_, start_->T_world_camera * motion_.T_start_camera,
-                       J * start_->covariance * J.transpose() + covariance(motion_)};
+  if (starts_.empty() || contradicted()) return std::nullopt;
+  return moved(starts_.back());
+}
+
+std::optional<UncertainPose> WheelNavigation::pose_since_earlier() const {
+  if (starts_.empty() || contradicted()) return std::nullopt;
+  return moved(starts_.front());
 }
 
 }  // namespace stillmap

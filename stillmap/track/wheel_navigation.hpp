@@ -4,6 +4,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/inertial/contradictions.hpp"
 
+#include <deque>
 #include <optional>
 #include <span>
 
@@ -26,12 +27,16 @@ class WheelNavigation {
 
   /// Moves the pose along with a correction of the map.
   void move(const Pose& T_corrected_world) {
-    if (start_) start_->T_world_camera = T_corrected_world * start_->T_world_camera;
+    for (Start& start : starts_)
+      start.pose.T_world_camera = T_corrected_world * start.pose.T_world_camera;
   }
 
   /// Returns the pose of the camera at the time of the newest frame, with its covariance; none
   /// without one, and while the wheels contradict the images.
   std::optional<UncertainPose> pose() const;
+  /// Returns the same pose from an earlier one by the images, up to half a second before: a motion
+  /// that is long enough to tell that of somebody near the camera from the camera's.
+  std::optional<UncertainPose> pose_since_earlier() const;
   /// Returns whether the wheels contradict the images.
   bool contradicted() const { return contradictions_.too_many(); }
 
@@ -41,15 +46,19 @@ class WheelNavigation {
     Pose T_start_camera;
     double length = 0, angle = 0;  // of the path [m], [rad]
   };
+  /// A pose by the images and the motion since.
+  struct Start {
+    UncertainPose pose;
+    Motion since;
+  };
   Eigen::Matrix<double, 6, 6> covariance(const Motion& motion) const;
+  UncertainPose moved(const Start& start) const;
   void compare(const UncertainPose& pose);
 
   Wheels wheels_;
-  double timestamp_ = 0;                   // of the newest frame [s]
-  std::optional<UncertainPose> start_;     // the last pose by images
-  Motion motion_;                          // since then
-  std::optional<UncertainPose> compared_;  // an earlier pose by images
-  Motion since_compared_;
+  double timestamp_ = 0;           // of the newest frame [s]
+  std::deque<Start> starts_;       // of half a second, the newest last
+  std::optional<Start> compared_;  // an earlier one
   Contradictions contradictions_{5, 2};  // of the comparisons
 };
 

@@ -46,6 +46,23 @@ TEST_F(Drive, MotionIsContinuedByTheWheels) {
   EXPECT_LT(sigma, 0.6);
 }
 
+TEST_F(Drive, TheMotionSinceEarlierTellsMovementsByTheImages) {
+  drive(3, true);
+  UncertainPose followed{time_, camera(time_)};
+  for (int i = 0; i < 6; ++i) {  // the images show a camera at rest
+    time_ += 1.0 / 30;
+    navigation_.propagate(samples_, time_);
+    followed.timestamp = time_;
+    navigation_.correct(followed, true);
+  }
+  const auto pose = navigation_.pose_since_earlier();
+  ASSERT_TRUE(pose);
+  EXPECT_LT((pose->T_world_camera.inverse() * camera(time_)).translation().norm(), 1e-3);
+  const double sigma = std::sqrt(pose->covariance.topLeftCorner<3, 3>().trace());
+  EXPECT_GT((pose->T_world_camera.inverse() * followed.T_world_camera).translation().norm(),
+            3 * sigma);
+}
+
 TEST_F(Drive, WheelsThatSlipAreNotUsed) {
   drive(4, true, 0.5);
   EXPECT_FALSE(navigation_.pose());
