@@ -17,37 +17,56 @@ constexpr double kLandmarkVariance = 1;
 constexpr double kPriorChi2 = 22.46;
 /// Factor on the information of a prior with which it decides against all matches.
 constexpr double kFirm = 1e4;
-/// Of the matches that agree with either the pose near the prior or the one without it, the least
-/// number and share that must agree with the former. Where the prior is wrong only outliers do.
+/// Of the matches that agree with the pose near the prior or with the one without it, and clearly
+/// fit one of them better, the least number and share that must fit the former: squared residuals
+/// differ by kClearly or more. Where the prior is wrong, few do by chance.
 constexpr int kLeastSupport = 10;
-constexpr double kLeastShare = 0.1;
+constexpr double kLeastShare = 0.12, kClearly = 1;
 
 bool agrees(const PoseSolution& solution, const PosePrior& prior) {
   return solution.well_posed && prior.chi2(solution.T_world_camera) <= kPriorChi2;
 }
 
+/// The matches of a frame.
+struct Problem {
+  const TrackingModel& model;
+  const Features& features;
+  const std::vector<PointMatch>& matches;
+  std::vector<PoseObservation> observations;  // one per match
+
+  PoseSolution solve(const Pose& guess, const std::optional<PosePrior>& prior) const {
+    return solve_pose(model.camera, guess, observations, prior);
+  }
+};
+
 /// Returns whether enough matches tell for the motion of the prior: those of the background if
 /// somebody near the camera has the others.
-bool is_supported(const PoseSolution& near, const PoseSolution& without) {
-  int only_near = 0, only_without = 0;
-  for (std::size_t i = 0; i < near.inlier.size(); ++i) {
-    only_near += near.inlier[i] && !without.inlier[i];
-    only_without += without.inlier[i] && !near.inlier[i];
+bool is_supported(const Problem& problem, const PoseSolution& near, const PoseSolution& without) {
+  int for_near = 0, for_without = 0;
+  for (std::size_t i = 0; i < problem.matches.size(); ++i) {
+    if (!near.inlier[i] && !without.inlier[i]) continue;
+    const auto residual = [&](const PoseSolution& solution) {
+      const Chi2 chi2 = chi2_of(problem.model, problem.features, solution.T_world_camera,
+                                problem.matches[i]);
+      return chi2.pixel + chi2.disparity;
+    };
+    const double difference = residual(without) - residual(near);
+    for_near += difference > kClearly;
+    for_without += difference < -kClearly;
   }
-  return near.well_posed && only_near >= kLeastSupport &&
-         only_near >= kLeastShare * (only_near + only_without);
+  return near.well_posed && for_near >= kLeastSupport &&
+         for_near >= kLeastShare * (for_near + for_without);
 }
 
-PoseSolution solve_near_prior(const Camera& camera, const Pose& guess,
-                              const std::vector<PoseObservation>& observations,
+PoseSolution solve_near_prior(const Problem& problem, const Pose& guess,
                               const std::optional<PosePrior>& prior) {
-  PoseSolution with_prior = solve_pose(camera, guess, observations, prior);
+  PoseSolution with_prior = problem.solve(guess, prior);
   if (!prior || agrees(with_prior, *prior)) return with_prior;
-  PoseSolution without = solve_pose(camera, guess, observations);
+  PoseSolution without = problem.solve(guess, std::nullopt);
   const PosePrior firm{prior->T_world_camera, kFirm * prior->information};
-  PoseSolution bound = solve_pose(camera, prior->T_world_camera, observations, firm);
-  if (!is_supported(bound, without)) return without;
-  PoseSolution near = solve_pose(camera, bound.T_world_camera, observations, prior);
+  PoseSolution bound = problem.solve(prior->T_world_camera, firm);
+  if (!is_supported(problem, bound, without)) return without;
+  PoseSolution near = problem.solve(bound.T_world_camera, prior);
   return agrees(near, *prior) ? near : bound;
 }
 
@@ -62,15 +81,14 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
                                           const Pose& T_world_camera_guess,
                                           const std::vector<PointMatch>& matches, int min_inliers,
                                           const std::optional<PosePrior>& prior) {
-  std::vector<PoseObservation> observations;
-  observations.reserve(matches.size());
+  Problem problem{model, features, matches, {}};
+  problem.observations.reserve(matches.size());
   for (const PointMatch& match : matches) {
     const Keypoint& k = features.keypoints[match.keypoint];
-    observations.push_back({match.p_world, k.u, k.v, k.depth,
+    problem.observations.push_back({match.p_world, k.u, k.v, k.depth,
                             static_cast<float>(model.pyramid.scale(k.level)), match.weight});
   }
-  const PoseSolution solution =
-      solve_near_prior(model.camera, T_world_camera_guess, observations, prior);
+  const PoseSolution solution = solve_near_prior(problem, T_world_camera_guess, prior);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
   PoseEstimate estimate{solution.T_world_camera, {}, covariance_of(solution)};
   estimate.contradicts_prior = prior && !agrees(solution, *prior);

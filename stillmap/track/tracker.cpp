@@ -176,7 +176,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
   if (first) {
     const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers,
                                           options_.previous_frame_points, state_.prior());
-    if (pose) {
+    if (pose && agrees_with_prediction(*pose)) {
       if (const auto motion = motion_against_map(*frame, *pose))
         return replace_map(*frame, *motion);
       calibrate_shutter(frame, initial, *pose);
@@ -233,11 +233,19 @@ std::optional<LocalMapPose> Tracker::pose_of_lost(const FramePtr& frame) const {
                                   {predicted->T_world_camera, {}}, options_.min_inliers, false);
   if (!pose) return std::nullopt;
   const auto expected = std::count(pose->expected.begin(), pose->expected.end(), 1);
-  const PosePrior prior{predicted->T_world_camera, predicted->covariance.inverse()};
-  const bool agrees = prior.chi2(pose->estimate.T_world_camera) < kMaxLostChi2 &&
+  const bool agrees = agrees_with_prediction(*pose) &&
                       static_cast<double>(pose->estimate.matches.size()) >=
                           kLeastFoundShare * static_cast<double>(expected);
   return agrees ? pose : std::nullopt;
+}
+
+/// Returns false for a pose of a lost camera that contradicts that by IMU or wheels: somebody near
+/// may decide it.
+bool Tracker::agrees_with_prediction(const LocalMapPose& pose) const {
+  const auto predicted = frames_lost_ > 0 ? dead_reckoning_.pose() : std::nullopt;
+  if (!predicted) return true;
+  const PosePrior prior{predicted->T_world_camera, predicted->covariance.inverse()};
+  return prior.chi2(pose.estimate.T_world_camera) < kMaxLostChi2;
 }
 
 /// Does nothing if the timing is known, or for a frame that does not continue the previous one.
