@@ -90,7 +90,7 @@ inline constexpr std::array kFindingKinds = {
     FindingKind{"depth-factor", Severity::kUntrusted,
                 "depths are not plausible with the given depth factor"},
     FindingKind{"no-depth", Severity::kUntrusted, "no depth within the range of the sensor"},
-    FindingKind{"depth-gap", Severity::kUntrusted, "a long series of frames has no depth"},
+    FindingKind{"depth-gap", Severity::kWarning, "a long series of frames has no depth"},
     FindingKind{"depth-constant", Severity::kUntrusted,
                 "depth images have the same value everywhere"},
     FindingKind{"depth-frozen", Severity::kUntrusted,

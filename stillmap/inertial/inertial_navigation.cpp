@@ -17,8 +17,9 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 constexpr int kPosition = 0, kVelocity = 3, kRotation = 6, kGyro = 9, kAccel = 12, kGravity = 15;
 
 constexpr double kStandardGravity = 9.80665;  // [m/s^2]
-/// Acceleration below which there is no accelerometer: no camera falls freely [m/s^2].
-constexpr double kLeastAcceleration = 0.1;
+/// Acceleration below which there is no accelerometer, and largest plausible difference from that
+/// of gravity in the mean of a fifth of a second [m/s^2].
+constexpr double kLeastAcceleration = 0.1, kLargestDifference = 5;
 /// Standard deviations of the first velocity [m/s] and direction of gravity [rad].
 constexpr double kFirstVelocity = 1, kFirstTilt = 0.2;
 /// Errors of a camera's pose that its covariance does not contain, some of them equal in many
@@ -34,6 +35,7 @@ constexpr double kVelocityNoise = 0.02;
 constexpr double kSettled = 2;
 /// Squared innovation that contradicts the state [sigma^2]: 99.9 % with six degrees of freedom.
 constexpr double kContradiction = 22.46;
+
 /// Returns the mean of the accelerations within a tenth of a second of a time; zero without any.
 Vector3d mean_acceleration(std::span<const ImuSample> samples, double timestamp) {
   constexpr double kWindow = 0.1;
@@ -57,7 +59,7 @@ void InertialNavigation::propagate(std::span<const ImuSample> samples, double ti
   mean_acceleration_ = mean_acceleration(samples, timestamp);
   if (!begun_) return;
   const auto motion = preintegrate(samples, timestamp_, timestamp, imu_, bias_);
-  begun_ = motion && mean_acceleration_.norm() > kLeastAcceleration;
+  begun_ = motion && has_acceleration() && !is_implausible();
   if (!begun_) return;
   const double t = motion->seconds();
   const Matrix3d R = rotation_.toRotationMatrix();
@@ -84,31 +86,46 @@ void InertialNavigation::propagate(std::span<const ImuSample> samples, double ti
   P_.diagonal().segment<3>(kGyro).array() += t * imu_.gyro_walk * imu_.gyro_walk;
   P_.diagonal().segment<3>(kAccel).array() += t * imu_.accel_walk * imu_.accel_walk;
 
-  position_ += t * velocity_ + t * t / 2 * gravity_ + R * dp;
+  const Vector3d way = t * velocity_ + t * t / 2 * gravity_ + R * dp;
+  position_ += way;
   velocity_ += t * gravity_ + R * dv;
   rotation_ = (rotation_ * turn).normalized();
   timestamp_ = timestamp;
+  drift(way.norm());
+}
+
+bool InertialNavigation::has_acceleration() const {
+  return mean_acceleration_.norm() > kLeastAcceleration;
+}
+
+bool InertialNavigation::is_implausible() const {
+  return has_acceleration() &&
+         std::abs(mean_acceleration_.norm() - kStandardGravity) > kLargestDifference;
 }
 
 /// Returns the pose of the IMU with the covariance of (position in the world, rotation vector),
 /// with the errors that the camera's covariance does not contain.
 UncertainPose InertialNavigation::of_imu(const UncertainPose& camera) const {
   UncertainPose pose{camera.timestamp, camera.T_world_camera * imu_.T_camera_imu};
-  Matrix6d covariance = kPoseFactor * camera.covariance;
-  covariance.diagonal().head<3>().array() += kPoseMeters * kPoseMeters;
-  covariance.diagonal().tail<3>().array() += kPoseRadians * kPoseRadians;
   Matrix6d J = adjoint(imu_.T_camera_imu.inverse());
   J.topRows<3>() = (pose.T_world_camera.rotation() * J.topRows<3>()).eval();
-  pose.covariance = J * covariance * J.transpose();
+  pose.covariance = J * with_map_error(camera.covariance) * J.transpose();
   return pose;
 }
 
+Matrix6d InertialNavigation::with_map_error(const Matrix6d& of_images) {
+  Matrix6d covariance = kPoseFactor * of_images;
+  covariance.diagonal().head<3>().array() += kPoseMeters * kPoseMeters;
+  covariance.diagonal().tail<3>().array() += kPoseRadians * kPoseRadians;
+  return covariance;
+}
+
 void InertialNavigation::begin(const UncertainPose& pose) {
-  if (mean_acceleration_.norm() <= kLeastAcceleration) return;
+  if (!has_acceleration() || is_implausible()) return;
   const UncertainPose imu = of_imu(pose);
   begun_ = true;
   since_ = timestamp_ = pose.timestamp;
-  position_ = corrected_position_ = imu.T_world_camera.translation();
+  position_ = imu.T_world_camera.translation();
   rotation_ = imu.T_world_camera.quaternion();
   velocity_.setZero();
   gravity_ = -kStandardGravity * (rotation_ * mean_acceleration_.normalized());
@@ -125,8 +142,6 @@ void InertialNavigation::begin(const UncertainPose& pose) {
 void InertialNavigation::correct(const UncertainPose& pose) {
   if (!begun_) return begin(pose);
   const UncertainPose imu = of_imu(pose);
-  drift((imu.T_world_camera.translation() - corrected_position_).norm());
-  corrected_position_ = imu.T_world_camera.translation();
   Eigen::Matrix<double, 6, 1> innovation;
   innovation << imu.T_world_camera.translation() - position_,
       so3_log(rotation_.conjugate() * imu.T_world_camera.quaternion());
@@ -183,7 +198,6 @@ void InertialNavigation::move(const Pose& T_corrected_world) {
   if (!begun_) return;
   const Matrix3d R = T_corrected_world.rotation();
   position_ = T_corrected_world * position_;
-  corrected_position_ = T_corrected_world * corrected_position_;
   rotation_ = (T_corrected_world.quaternion() * rotation_).normalized();
   velocity_ = R * velocity_;
   gravity_ = R * gravity_;
@@ -195,11 +209,14 @@ void InertialNavigation::move(const Pose& T_corrected_world) {
 void InertialNavigation::enter(const UncertainPose& pose) {
   if (!begun_) return begin(pose);
   move(of_imu(pose).T_world_camera * T_world_imu().inverse());
-  corrected_position_ = position_;
+}
+
+bool InertialNavigation::is_settled() const {
+  return begun_ && timestamp_ >= since_ + kSettled;
 }
 
 std::optional<UncertainPose> InertialNavigation::pose() const {
-  if (!begun_ || contradicted() || timestamp_ < since_ + kSettled) return std::nullopt;
+  if (!begun_) return std::nullopt;
   const Matrix3d R_imu_world = rotation_.conjugate().toRotationMatrix();
   Matrix6d P;  // of the perturbation in the frame of the IMU
   P << R_imu_world * P_.block<3, 3>(kPosition, kPosition) * R_imu_world.transpose(),

@@ -18,8 +18,8 @@ class InertialNavigation {
  public:
   explicit InertialNavigation(const Imu& imu);
 
-  /// Propagates the state to the time of a frame. Without samples for that time, without
-  /// acceleration in them, and before the first pose, there is no state afterwards.
+  /// Propagates the state to the time of a frame. Without samples for that time, without plausible
+  /// accelerations in them, and before the first pose, there is no state afterwards.
   /// @param samples  by increasing time
   void propagate(std::span<const ImuSample> samples, double timestamp);
 
@@ -39,11 +39,19 @@ class InertialNavigation {
   void enter(const UncertainPose& pose);
 
   /// Returns the pose of the camera at the time of the state, with its covariance; none without a
-  /// state, before it was corrected for two seconds, and while corrections contradict it.
+  /// state.
   std::optional<UncertainPose> pose() const;
 
-  /// Returns whether corrections contradict the state, so that there is no pose.
-  bool contradicted() const { return contradictions_.too_many(); }
+  /// Returns whether the state was corrected for two seconds, so that it can be used.
+  bool is_settled() const;
+
+  /// Returns whether the newest corrections contradict the state, or the accelerations are not those
+  /// of a camera near the earth's surface in m/s^2.
+  bool contradicted() const { return contradictions_.too_many() || is_implausible(); }
+
+  /// Returns the covariance of a pose by images with the errors of the map.
+  static Eigen::Matrix<double, 6, 6> with_map_error(
+      const Eigen::Matrix<double, 6, 6>& of_images);
 
   const ImuBias& bias() const { return bias_; }
   /// Returns the acceleration of gravity in the world [m/s^2].
@@ -57,6 +65,8 @@ class InertialNavigation {
   using Covariance = Eigen::Matrix<double, kStates, kStates>;
 
   void begin(const UncertainPose& pose);
+  bool has_acceleration() const;
+  bool is_implausible() const;
   template <int Rows>
   double update(const Eigen::Matrix<double, Rows, kStates>& H,
                 const Eigen::Matrix<double, Rows, 1>& innovation,
@@ -72,7 +82,6 @@ class InertialNavigation {
   Eigen::Vector3d mean_acceleration_ =
       Eigen::Vector3d::Zero();  // around the newest frame, in the IMU
   Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), velocity_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d corrected_position_ = Eigen::Vector3d::Zero();  // of the last correction
   Eigen::Quaterniond rotation_ = Eigen::Quaterniond::Identity();
   ImuBias bias_;
   Eigen::Vector3d gravity_ = Eigen::Vector3d::Zero();

@@ -267,8 +267,8 @@ std::optional<Finding> FrameCheck::depth_finding() const {
   if (!is_long_gap(longest_.frames, frames_)) return std::nullopt;
   return make_finding(
       "depth-gap",
-      fmt::format("{} frames in a row have no depth, from {:.6f} s on: their poses come from "
-                  "landmarks alone, and the map does not grow",
+      fmt::format("{} frames in a row have no depth, from {:.6f} s on: the map does not grow "
+                  "there",
                   longest_.frames, longest_.begin),
       "check the depth images", evidence_of(longest_));
 }

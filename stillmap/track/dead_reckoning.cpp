@@ -34,6 +34,14 @@ UncertainPose mean(const UncertainPose& a, const UncertainPose& b) {
           a.covariance - gain * a.covariance};
 }
 
+/// Returns the pose by both or by one; none if it is too uncertain.
+std::optional<UncertainPose> joined(const std::optional<UncertainPose>& by_inertia,
+                                    const std::optional<UncertainPose>& by_wheels) {
+  std::optional<UncertainPose> pose = by_inertia ? by_inertia : by_wheels;
+  if (by_inertia && by_wheels) pose = mean(*by_inertia, *by_wheels);
+  return pose && is_within(*pose, kMaxMeters, kMaxRadians) ? pose : std::nullopt;
+}
+
 }  // namespace
 
 DeadReckoning::DeadReckoning(const Camera& camera) {
@@ -43,15 +51,18 @@ DeadReckoning::DeadReckoning(const Camera& camera) {
 
 void DeadReckoning::propagate(const RgbdFrame& image) {
   if (inertia_) inertia_->propagate(image.imu, image.timestamp);
+  prediction_.propagate(image.imu, image.timestamp);
   if (wheels_) wheels_->propagate(image.odometry, image.timestamp);
 }
 
 void DeadReckoning::correct(const UncertainPose& pose, bool same_world) {
   if (inertia_ && same_world) inertia_->correct(pose);
   if (inertia_ && !same_world) inertia_->enter(pose);
+  if (!same_world) prediction_.reset();
+  if (inertia_) prediction_.compare(pose, *inertia_);
   if (wheels_) wheels_->correct(pose, same_world);
   ++compared_;
-  inertia_left_out_ += inertia_ && inertia_->contradicted();
+  inertia_left_out_ += contradicts_inertia();
   wheels_left_out_ += wheels_ && wheels_->contradicted();
 }
 
@@ -61,23 +72,26 @@ void DeadReckoning::correct_velocity(const Eigen::Vector3d& error) {
 
 void DeadReckoning::move(const Pose& T_corrected_world) {
   if (inertia_) inertia_->move(T_corrected_world);
+  prediction_.move(T_corrected_world);
   if (wheels_) wheels_->move(T_corrected_world);
 }
 
-std::optional<UncertainPose> DeadReckoning::with_inertia(
-    const std::optional<UncertainPose>& by_wheels) const {
-  const auto by_inertia = inertia_ ? inertia_->pose() : std::nullopt;
-  std::optional<UncertainPose> pose = by_inertia ? by_inertia : by_wheels;
-  if (by_inertia && by_wheels) pose = mean(*by_inertia, *by_wheels);
-  return pose && is_within(*pose, kMaxMeters, kMaxRadians) ? pose : std::nullopt;
-}
-
 std::optional<UncertainPose> DeadReckoning::pose() const {
-  return with_inertia(wheels_ ? wheels_->pose() : std::nullopt);
+  return joined(by_inertia() ? inertia_->pose() : std::nullopt,
+                wheels_ ? wheels_->pose() : std::nullopt);
 }
 
 std::optional<UncertainPose> DeadReckoning::expected() const {
-  return with_inertia(wheels_ ? wheels_->pose_since_earlier() : std::nullopt);
+  return joined(by_inertia() ? prediction_.pose() : std::nullopt,
+                wheels_ ? wheels_->pose_since_earlier() : std::nullopt);
+}
+
+bool DeadReckoning::contradicts_inertia() const {
+  return inertia_ && (inertia_->contradicted() || prediction_.contradicted());
+}
+
+bool DeadReckoning::by_inertia() const {
+  return inertia_ && inertia_->is_settled() && !contradicts_inertia();
 }
 
 std::vector<Finding> DeadReckoning::findings() const {

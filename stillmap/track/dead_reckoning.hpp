@@ -3,6 +3,7 @@
 #include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/inertial/inertial_navigation.hpp"
+#include "stillmap/inertial/inertial_prediction.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 #include "stillmap/track/wheel_navigation.hpp"
 
@@ -43,9 +44,11 @@ class DeadReckoning {
   std::vector<Finding> findings() const;
 
  private:
-  std::optional<UncertainPose> with_inertia(const std::optional<UncertainPose>& by_wheels) const;
+  bool contradicts_inertia() const;
+  bool by_inertia() const;
 
   std::optional<InertialNavigation> inertia_;
+  InertialPrediction prediction_;  // of inertia_
   std::optional<WheelNavigation> wheels_;
   std::size_t compared_ = 0, inertia_left_out_ = 0, wheels_left_out_ = 0;  // frames
 };
