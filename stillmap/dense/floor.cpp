@@ -24,6 +24,9 @@ constexpr double kSurfelArea = kFloorSurfel * kFloorSurfel;
 
 /// Largest angle between the mean upward direction of the images and that of the world.
 constexpr double kLargestPitch = 50 * kDegree;
+/// Standard deviation of the direction of gravity, and its largest difference from that of
+/// surfaces.
+constexpr double kGravitySigma = 0.5 * kDegree, kGravityGate = 2 * kDegree;
 /// Largest mean angle by which the cameras look up; beyond it hardly any floor is in view.
 constexpr double kLargestUpwardView = 20 * kDegree;
 /// Angle between neighboring directions of the search.
@@ -342,11 +345,20 @@ FloorFinding most_certain_level(const std::vector<Surfel>& surfels, const Eigen:
   return best;
 }
 
+/// Returns the direction that surfaces show near that of gravity, or gravity's.
+FloorFinding upward_by(const Eigen::Vector3d& gravity, const std::vector<Surfel>& surfels) {
+  const auto up = refined(surfels, gravity);
+  if (!up || up->dot(gravity) < std::cos(kGravityGate))
+    return {.up = gravity, .up_sigma = kGravitySigma};
+  return {.up = up, .up_sigma = std::min(kGravitySigma, sigma_of(surfels, *up))};
+}
+
 /// Returns a finding with the upward direction, given or estimated, or the reason why it is
 /// unknown.
 FloorFinding upward(const std::vector<Surfel>& surfels, const std::vector<Pose>& cameras,
                     const FloorHints& hints) {
   if (hints.up) return {.up = (cameras.front().quaternion() * *hints.up).normalized()};
+  if (hints.gravity) return upward_by(*hints.gravity, surfels);
   const auto near = best_direction(surfels, cameras);
   const auto up = near ? refined(surfels, *near) : std::nullopt;
   if (!up) return {.reason = "too few walls and horizontal surfaces show the upward direction"};
@@ -405,6 +417,7 @@ FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Po
   if (hints.floor) return {.floor = hints.floor, .up = hints.floor->up, .confidence = 1};
   if (cameras.empty()) return {.reason = "there is no view"};
   FloorFinding finding = upward(surfels, cameras, hints);
+  const bool upright = hints.up || hints.gravity;
   const double sigma = finding.up_sigma;
   if (finding.up && hints.camera_height) {
     const Eigen::Vector3d& eye = cameras.front().translation();
@@ -414,7 +427,7 @@ FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Po
   } else if (finding.up) {
     finding = most_certain_level(surfels, *finding.up, cameras.front());
     finding.up_sigma = sigma;
-    if (!finding.floor && !hints.up && is_upside_down(surfels, *finding.up, cameras.front())) {
+    if (!finding.floor && !upright && is_upside_down(surfels, *finding.up, cameras.front())) {
       finding = {.reason =
                      "a large horizontal surface is above the camera and none below: the images "
                      "may be upside down (turn them with --rotate 180), or show the ceiling "
@@ -425,7 +438,7 @@ FloorFinding find_floor(const std::vector<Surfel>& surfels, const std::vector<Po
     finding.floor.reset();
     finding.reason = uncertain_direction_text(sigma);
   }
-  if (!finding.floor && !hints.up) {
+  if (!finding.floor && !upright) {
     if (const auto degrees = turn_of_images(surfels, cameras))
       finding.reason +=
           fmt::format("; if the images are turned, turn them with --rotate {}", *degrees);

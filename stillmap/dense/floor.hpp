@@ -37,10 +37,13 @@ struct FloorFinding {
   std::string reason = {};  ///< Why the floor is unknown; empty if it is known.
 };
 
-/// Given values of the floor, which replace the estimated ones.
+/// Known values of the floor, which replace the estimated ones.
 struct FloorHints {
   /// Upward direction in the frame of the first camera.
   std::optional<Eigen::Vector3d> up = std::nullopt;
+  /// Upward direction by an accelerometer, world frame, within about half a degree: surfaces near
+  /// horizontal and vertical make it more precise.
+  std::optional<Eigen::Vector3d> gravity = std::nullopt;
   /// Height of the first camera above the floor [m].
   std::optional<double> camera_height = std::nullopt;
   /// The floor itself, world frame.
@@ -51,7 +54,8 @@ struct FloorHints {
 ///
 /// The upward direction is the one to which most surfaces are parallel or perpendicular, within 50
 /// degrees of the mean upward direction of the images, such that the cameras do not look up, and
-/// perpendicular to the rows of the images (cameras are seldom rolled). It is unknown if another
+/// perpendicular to the rows of the images (cameras are seldom rolled); with an accelerometer it is
+/// the one within 2 degrees of that of gravity, or gravity's. Without, it is unknown if another
 /// one is nearly as probable, or if the opposite one has a certain floor and it has none. A floor
 /// of low confidence is unknown: one of which little was observed, that is as narrow as a table and
 /// near the camera, or that has other surfaces below. So is one whose upward direction has a

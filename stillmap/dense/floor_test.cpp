@@ -236,6 +236,29 @@ TEST(Floor, IsTakenFromTheHints) {
   EXPECT_EQ(given.floor->height, 3);
 }
 
+TEST(Floor, IsFoundByGravityWhereSurfacesDoNotShowTheUpwardDirection) {
+  Room room;
+  room.surfels.clear();
+  room.add_level(0.5, -1, 2, 2, 0);
+  room.camera = room.camera * Pose(so3_exp({0, 0, 60 * kDegree}), Eigen::Vector3d::Zero());
+  EXPECT_FALSE(room.find().floor);
+  const Eigen::Vector3d up = room.camera.quaternion().conjugate() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d nearly = so3_exp({0.4 * kDegree, 0, 0}) * up;
+  const FloorFinding found = room.find({.gravity = nearly});
+  ASSERT_TRUE(found.floor) << found.reason;
+  EXPECT_LT(std::acos(std::min(1.0, found.floor->up.dot(up))), 0.45 * kDegree);
+  EXPECT_NEAR(found.evidence.camera_height, 1.4, 0.05);
+}
+
+TEST(Floor, IsUnknownOnASurfaceThatGravityShowsToBeARamp) {
+  Room room;
+  room.add_level(0, -2, 4, 4, 0);
+  const Eigen::Vector3d up = room.camera.quaternion().conjugate() * Eigen::Vector3d::UnitZ();
+  const FloorFinding found = room.find({.gravity = so3_exp({6 * kDegree, 0, 0}) * up});
+  ASSERT_TRUE(found.up);
+  EXPECT_GT(std::acos(found.up->dot(up)), 5 * kDegree);
+}
+
 TEST(Floor, MapFrameIsOnTheFloorBelowTheCamera) {
   const PlannerMaps m = planner_maps();
   EXPECT_LT((m.T_map_world * Eigen::Vector3d(0, 0, 0) - Eigen::Vector3d(0, 0, kFloorY)).norm(),

@@ -33,6 +33,8 @@ constexpr double kDriftMeters = 0.01, kDriftRadians = 0.005;
 constexpr double kVelocityNoise = 0.02;
 /// Time for which a state is corrected before it is used [s].
 constexpr double kSettled = 2;
+/// Largest standard deviation of an upward direction [rad].
+constexpr double kLargestTilt = 0.0087;
 /// Squared innovation that contradicts the state [sigma^2]: 99.9 % with six degrees of freedom.
 constexpr double kContradiction = 22.46;
 
@@ -182,6 +184,19 @@ double InertialNavigation::velocity_sigma() const {
   return std::sqrt(P_.diagonal().segment<3>(kVelocity).maxCoeff());
 }
 
+std::optional<Vector3d> InertialNavigation::up_in_camera() const {
+  if (!is_settled()) return std::nullopt;
+  const Matrix3d R_imu_world = rotation_.conjugate().toRotationMatrix();
+  const Vector3d up = -R_imu_world * gravity_.normalized();
+  Eigen::Matrix<double, 3, kStates> J = Eigen::Matrix<double, 3, kStates>::Zero();
+  const Matrix3d across = Matrix3d::Identity() - up * up.transpose();
+  J.block<3, 3>(0, kRotation) = -across;
+  J.block<3, 3>(0, kGravity) = across * R_imu_world;
+  const double sigma = std::sqrt((J * P_ * J.transpose()).trace() / 2);
+  if (sigma > kLargestTilt) return std::nullopt;
+  return Vector3d(imu_.T_camera_imu.quaternion() * up);
+}
+
 /// Adds the drift of a map that grows with the path of the camera: it turns the world of the map,
 /// with all that is given in it, and moves the position.
 void InertialNavigation::drift(double meters) {
@@ -211,9 +226,7 @@ void InertialNavigation::enter(const UncertainPose& pose) {
   move(of_imu(pose).T_world_camera * T_world_imu().inverse());
 }
 
-bool InertialNavigation::is_settled() const {
-  return begun_ && timestamp_ >= since_ + kSettled;
-}
+bool InertialNavigation::is_settled() const { return begun_ && timestamp_ >= since_ + kSettled; }
 
 std::optional<UncertainPose> InertialNavigation::pose() const {
   if (!begun_) return std::nullopt;

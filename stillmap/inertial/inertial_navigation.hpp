@@ -45,17 +45,19 @@ class InertialNavigation {
   /// Returns whether the state was corrected for two seconds, so that it can be used.
   bool is_settled() const;
 
-  /// Returns whether the newest corrections contradict the state, or the accelerations are not those
-  /// of a camera near the earth's surface in m/s^2.
+  /// Returns whether the newest corrections contradict the state, or the accelerations are not
+  /// those of a camera near the earth's surface in m/s^2.
   bool contradicted() const { return contradictions_.too_many() || is_implausible(); }
 
   /// Returns the covariance of a pose by images with the errors of the map.
-  static Eigen::Matrix<double, 6, 6> with_map_error(
-      const Eigen::Matrix<double, 6, 6>& of_images);
+  static Eigen::Matrix<double, 6, 6> with_map_error(const Eigen::Matrix<double, 6, 6>& of_images);
 
   const ImuBias& bias() const { return bias_; }
   /// Returns the acceleration of gravity in the world [m/s^2].
   const Eigen::Vector3d& gravity() const { return gravity_; }
+  /// Returns the upward direction in the frame of the camera; none without a state that
+  /// is_settled(), and where its standard deviation is above half a degree.
+  std::optional<Eigen::Vector3d> up_in_camera() const;
   /// Returns the standard deviation of the velocity, in the direction in which it is largest of the
   /// axes [m/s].
   double velocity_sigma() const;

@@ -74,6 +74,7 @@ class Journey {
   InertialNavigation& filter() { return filter_; }
   InertialPrediction& prediction() { return prediction_; }
   Pose truth() const { return T_map_room_ * path(time_); }
+  Pose truth_in_room() const { return path(time_); }
   std::vector<ImuSample>& samples() { return samples_; }
 
   void stop_drift() { drift_ = 0; }
@@ -130,6 +131,19 @@ TEST(InertialNavigation, GravityAndBiasesAreEstimatedFromThePoses) {
   EXPECT_LT(tilt, 0.5 * M_PI / 180);
   EXPECT_LT((journey.filter().bias().gyro - Vector3d(0.01, -0.02, 0.005)).norm(), 1e-3);
   EXPECT_LT((journey.filter().bias().accel - Vector3d(0.1, 0.2, -0.15)).norm(), 0.05);
+}
+
+TEST(InertialNavigation, TheUpwardDirectionIsKnownInTheCamera) {
+  for (unsigned run = 1; run <= 20; ++run) {
+    Journey journey(mounted(), run);
+    journey.go_for(1, true);
+    EXPECT_FALSE(journey.filter().up_in_camera());
+    journey.go_for(14, true);
+    const auto up = journey.filter().up_in_camera();
+    ASSERT_TRUE(up);
+    const Vector3d truth = -(journey.truth_in_room().quaternion().conjugate() * kGravity);
+    EXPECT_LT(std::acos(std::min(1.0, up->dot(truth.normalized()))), 0.5 * M_PI / 180) << run;
+  }
 }
 
 TEST(InertialNavigation, SecondsWithoutPosesAreBridgedAsUncertainAsItSays) {

@@ -2,6 +2,8 @@
 #include "stillmap/pipeline/recording_test.hpp"
 #include "stillmap/simulate/board.hpp"
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 namespace stillmap {
@@ -41,7 +43,8 @@ struct Blind {
 struct Outcome {
   std::vector<FrameRecord> records;
   std::size_t maps = 0, findings = 0;
-  double largest_error = 0;  // of the poses handed out [m]
+  double largest_error = 0;    // of the poses handed out [m]
+  std::optional<double> tilt;  // error of the upward direction [rad]
 };
 
 Outcome run(const Blind& blind) {
@@ -68,6 +71,7 @@ Outcome run(const Blind& blind) {
   outcome.records = result.frames;
   outcome.maps = result.maps;
   outcome.findings = result.motion_sensors.size();
+  if (result.up) outcome.tilt = std::acos((T_true_world->quaternion() * *result.up).z());
   return outcome;
 }
 
@@ -84,6 +88,13 @@ void expect_one_map(const Blind& blind, double error) {
 }
 
 TEST(Blind, AnImuBridgesSecondsInTheSameMap) { expect_one_map({.imu = true}, 0.06); }
+
+TEST(Blind, TheAccelerometerShowsTheUpwardDirection) {
+  const auto tilt = run({.imu = true, .to = kFrom}).tilt;
+  ASSERT_TRUE(tilt);
+  EXPECT_LT(*tilt, 1 * std::numbers::pi / 180);  // two standard deviations
+  EXPECT_FALSE(run({.wheels = true, .to = kFrom}).tilt);
+}
 
 TEST(Blind, WheelsBridgeSecondsInTheSameMap) { expect_one_map({.wheels = true}, 0.06); }
 

@@ -59,6 +59,8 @@ struct SlamResult {
   std::optional<Finding> detector_finding;  ///< See Detector::finding().
   std::optional<Finding> carried_parts;     ///< See CarriedParts::finding().
   std::vector<Finding> motion_sensors;      ///< See Tracker::findings().
+  /// Upward direction in the world by the accelerometer; none if it is not known.
+  std::optional<Eigen::Vector3d> up;
   LoadShedding load_shedding;
   Camera camera;               ///< of the frames, without distortion
   ShutterTiming shutter;       ///< timing of the camera's shutters that was in use at the end
@@ -182,6 +184,7 @@ class SlamSystem {
   void drop_brief_maps();
   Trajectory keyframe_trajectory() const;
   void collect_movers(SlamResult& result) const;
+  std::optional<Eigen::Vector3d> up_in(const Trajectory& trajectory) const;
   void collect_dense_map(SlamResult& result);
   void collect_statistics(SlamResult& result) const;
   StageTimes stage_times() const;
@@ -208,6 +211,7 @@ class SlamSystem {
   LostFrames lost_;
   CarriedParts carried_;
   TrackedFramePtr newest_;
+  TrackedFramePtr upright_;  // the newest with an upward direction; null before the first
   MapView view_;
   double propagation_ = 0;  // time that propagating the masks to the newest frame took [ms]
 };

@@ -98,11 +98,10 @@ LiveObstacles::LiveObstacles(ResultFolder& folder, const FloorHints& hints)
     : lines_(folder, kLiveObstacles, ""), hints_(hints) {}
 
 void LiveObstacles::begin(const Pose& T_world_camera) {
-  const auto& [up, camera_height, floor] = hints_;
-  std::optional<Floor> known = floor;
-  if (!known && up && camera_height) {
-    const Eigen::Vector3d up_in_world = (T_world_camera.quaternion() * *up).normalized();
-    known = {up_in_world, up_in_world.dot(T_world_camera.translation()) - *camera_height};
+  std::optional<Floor> known = hints_.floor;
+  if (!known && hints_.up && hints_.camera_height) {
+    const Eigen::Vector3d up = (T_world_camera.quaternion() * *hints_.up).normalized();
+    known = {up, up.dot(T_world_camera.translation()) - *hints_.camera_height};
   }
   frame_ = known ? PlannerFrame{"map", map_frame(*known, T_world_camera)}
                  : PlannerFrame{"first camera", T_world_camera.inverse()};

@@ -56,9 +56,11 @@ void write_summary(const RunRecord& record, const RunOutputs& outputs, double sa
 ReportImages write_dense_map(RunRecord& record, const DenseOutputs& outputs, ResultFolder& folder) {
   const SlamResult& result = record.result;
   ReportImages images;
+  DenseOutputs known = outputs;
+  known.floor.gravity = result.up;
   DenseFiles files =
       write_dense_files({result.dense, result.placed, result.trajectory, result.movers},
-                        dense_parameters_of(record.options), outputs, folder);
+                        dense_parameters_of(record.options), known, folder);
   images.more = std::move(files.images);
   if (!files.floor_problem.empty())
     record.findings.push_back(make_finding("floor-unknown", files.floor_problem));

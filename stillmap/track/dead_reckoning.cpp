@@ -86,6 +86,10 @@ std::optional<UncertainPose> DeadReckoning::expected() const {
                 wheels_ ? wheels_->pose_since_earlier() : std::nullopt);
 }
 
+std::optional<Eigen::Vector3d> DeadReckoning::up_in_camera() const {
+  return by_inertia() ? inertia_->up_in_camera() : std::nullopt;
+}
+
 bool DeadReckoning::contradicts_inertia() const {
   return inertia_ && (inertia_->contradicted() || prediction_.contradicted());
 }

@@ -33,6 +33,8 @@ class DeadReckoning {
   std::optional<UncertainPose> pose() const;
   /// Returns the pose that the images of the newest frame are expected to show; none as for pose().
   std::optional<UncertainPose> expected() const;
+  /// Returns the upward direction in the camera, by the accelerometer: see InertialNavigation.
+  std::optional<Eigen::Vector3d> up_in_camera() const;
   /// Returns whether the wheels give the motion. Agreement with them confirms a pose, unlike that
   /// with inertia alone, whose velocity the images correct.
   bool by_wheels() const { return wheels_ && wheels_->pose(); }

@@ -46,8 +46,8 @@ bool is_supported(const Problem& problem, const PoseSolution& near, const PoseSo
   for (std::size_t i = 0; i < problem.matches.size(); ++i) {
     if (!near.inlier[i] && !without.inlier[i]) continue;
     const auto residual = [&](const PoseSolution& solution) {
-      const Chi2 chi2 = chi2_of(problem.model, problem.features, solution.T_world_camera,
-                                problem.matches[i]);
+      const Chi2 chi2 =
+          chi2_of(problem.model, problem.features, solution.T_world_camera, problem.matches[i]);
       return chi2.pixel + chi2.disparity;
     };
     const double difference = residual(without) - residual(near);
@@ -86,7 +86,8 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
   for (const PointMatch& match : matches) {
     const Keypoint& k = features.keypoints[match.keypoint];
     problem.observations.push_back({match.p_world, k.u, k.v, k.depth,
-                            static_cast<float>(model.pyramid.scale(k.level)), match.weight});
+                                    static_cast<float>(model.pyramid.scale(k.level)),
+                                    match.weight});
   }
   const PoseSolution solution = solve_near_prior(problem, T_world_camera_guess, prior);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;

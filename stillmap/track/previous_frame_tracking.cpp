@@ -14,9 +14,9 @@ constexpr double kSearchRadius = 15;
 /// at 30 Hz and a focal length of 525 pixels.
 constexpr double kStartSearchRadius = 60;
 
-/// Number of matches that agree with a pose near the prior, relative to that with another pose, from
-/// which the former is right: three quarters where somebody who walks ahead fills half of the view.
-/// Where the prior is wrong, few do.
+/// Number of matches that agree with a pose near the prior, relative to that with another pose,
+/// from which the former is right: three quarters where somebody who walks ahead fills half of the
+/// view. Where the prior is wrong, few do.
 constexpr double kLeastExpected = 0.3;
 
 /// Bound of the squared pixel residual of a point that agrees roughly with a guess: 3 sigma
@@ -117,7 +117,9 @@ std::optional<PoseEstimate> estimate_from(const TrackingModel& model, const Feat
   }
   if (!with_points) return estimate_pose(model, features, guess, landmarks, kMinInliers, prior);
   auto estimate = estimate_pose(model, features, guess, landmarks, kSureInliers, prior);
-  return estimate && !estimate->contradicts_prior ? estimate : estimate_from_points(model, features, guess, all, prior);
+  return estimate && !estimate->contradicts_prior
+             ? estimate
+             : estimate_from_points(model, features, guess, all, prior);
 }
 
 /// Returns the pose after the first frame of a map, whose velocity is not known.

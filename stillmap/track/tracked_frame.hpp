@@ -36,6 +36,8 @@ struct TrackedFrame {
   std::optional<Pose> T_world_predicted;
   bool contradicts_motion = false;  ///< see MotionConsistency
   bool confirmed = false;           ///< The pose agrees with the motion of the wheels.
+  /// Upward direction in the frame of the camera by the accelerometer; none if it is not known.
+  std::optional<Eigen::Vector3d> up = std::nullopt;
   /// Correction of the pose by the motion before it: T_world_camera T_camera_filtered is handed out
   /// during the run; the map uses T_world_camera. See TrajectoryFilter.
   Pose T_camera_filtered;

@@ -117,9 +117,8 @@ void Tracker::predict_motion(const RgbdFrame& image) {
   const auto expected = dead_reckoning_.expected();
   state_.motion_prior = rotation;
   if (expected) {
-    state_.motion_prior =
-        MotionPrior{state_.T_world_previous.inverse() * expected->T_world_camera,
-                    expected->covariance.inverse()};
+    state_.motion_prior = MotionPrior{state_.T_world_previous.inverse() * expected->T_world_camera,
+                                      expected->covariance.inverse()};
     if (rotation) state_.motion_prior = mean(*state_.motion_prior, *rotation);
   }
   if (!rotation) return;
@@ -216,7 +215,8 @@ std::optional<Tracker::Relabeled> Tracker::pose_without_motion(const Frame& fram
   const auto sigma = [](const LocalMapPose& p) {  // of the position [m]
     return std::sqrt(p.estimate.covariance.topLeftCorner<3, 3>().trace());
   };
-  if (!still || still->estimate.contradicts_prior || inliers(*still) < kFalseMotionGain * inliers(pose) ||
+  if (!still || still->estimate.contradicts_prior ||
+      inliers(*still) < kFalseMotionGain * inliers(pose) ||
       sigma(*still) > kFalseMotionSigma * sigma(pose))
     return std::nullopt;
   return Relabeled{relabeled, *still};
@@ -233,9 +233,9 @@ std::optional<LocalMapPose> Tracker::pose_of_lost(const FramePtr& frame) const {
                                   {predicted->T_world_camera, {}}, options_.min_inliers, false);
   if (!pose) return std::nullopt;
   const auto expected = std::count(pose->expected.begin(), pose->expected.end(), 1);
-  const bool agrees = agrees_with_prediction(*pose) &&
-                      static_cast<double>(pose->estimate.matches.size()) >=
-                          kLeastFoundShare * static_cast<double>(expected);
+  const bool agrees =
+      agrees_with_prediction(*pose) && static_cast<double>(pose->estimate.matches.size()) >=
+                                           kLeastFoundShare * static_cast<double>(expected);
   return agrees ? pose : std::nullopt;
 }
 
@@ -453,6 +453,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   judge(*result);
   dead_reckoning_.correct({frame->timestamp(), pose.estimate.T_world_camera, result->covariance},
                           !relocalized);
+  result->up = dead_reckoning_.up_in_camera();
   frames_in_map_ = relocalized ? std::max(kMinMapFrames, kYoungMapFrames) : frames_in_map_ + 1;
 
   const std::size_t newest = std::max(last_proposed_, local_map.made_for_frame);

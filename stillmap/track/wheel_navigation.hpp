@@ -56,9 +56,9 @@ class WheelNavigation {
   void compare(const UncertainPose& pose);
 
   Wheels wheels_;
-  double timestamp_ = 0;           // of the newest frame [s]
-  std::deque<Start> starts_;       // of half a second, the newest last
-  std::optional<Start> compared_;  // an earlier one
+  double timestamp_ = 0;                 // of the newest frame [s]
+  std::deque<Start> starts_;             // of half a second, the newest last
+  std::optional<Start> compared_;        // an earlier one
   Contradictions contradictions_{5, 2};  // of the comparisons
 };
 
