@@ -2,6 +2,7 @@
 #include "stillmap/inertial/inertial_navigation.hpp"
 
 #include "stillmap/geometry/adjoint.hpp"
+#include "stillmap/geometry/contradiction.hpp"
 
 #include <cmath>
 
@@ -35,8 +36,6 @@ constexpr double kVelocityNoise = 0.02;
 constexpr double kSettled = 2;
 /// Largest standard deviation of an upward direction [rad].
 constexpr double kLargestTilt = 0.0087;
-/// Squared innovation that contradicts the state [sigma^2]: 99.9 % with six degrees of freedom.
-constexpr double kContradiction = 22.46;
 
 /// Returns the mean of the accelerations within a tenth of a second of a time; zero without any.
 Vector3d mean_acceleration(std::span<const ImuSample> samples, double timestamp) {
@@ -61,7 +60,7 @@ void InertialNavigation::propagate(std::span<const ImuSample> samples, double ti
   mean_acceleration_ = mean_acceleration(samples, timestamp);
   if (!begun_) return;
   const auto motion = preintegrate(samples, timestamp_, timestamp, imu_, bias_);
-  begun_ = motion && has_acceleration() && !is_implausible();
+  begun_ = motion && is_plausible();
   if (!begun_) return;
   const double t = motion->seconds();
   const Matrix3d R = rotation_.toRotationMatrix();
@@ -96,13 +95,15 @@ void InertialNavigation::propagate(std::span<const ImuSample> samples, double ti
   drift(way.norm());
 }
 
-bool InertialNavigation::has_acceleration() const {
-  return mean_acceleration_.norm() > kLeastAcceleration;
+/// Returns whether the newest accelerations are those of a camera near the earth's surface in
+/// m/s^2.
+bool InertialNavigation::is_plausible() const {
+  return std::abs(mean_acceleration_.norm() - kStandardGravity) <= kLargestDifference;
 }
 
-bool InertialNavigation::is_implausible() const {
-  return has_acceleration() &&
-         std::abs(mean_acceleration_.norm() - kStandardGravity) > kLargestDifference;
+bool InertialNavigation::contradicted() const {
+  const bool measured = mean_acceleration_.norm() > kLeastAcceleration;
+  return contradictions_.too_many() || (measured && !is_plausible());
 }
 
 /// Returns the pose of the IMU with the covariance of (position in the world, rotation vector),
@@ -123,7 +124,7 @@ Matrix6d InertialNavigation::with_map_error(const Matrix6d& of_images) {
 }
 
 void InertialNavigation::begin(const UncertainPose& pose) {
-  if (!has_acceleration() || is_implausible()) return;
+  if (!is_plausible()) return;
   const UncertainPose imu = of_imu(pose);
   begun_ = true;
   since_ = timestamp_ = pose.timestamp;

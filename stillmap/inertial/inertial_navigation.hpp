@@ -47,7 +47,7 @@ class InertialNavigation {
 
   /// Returns whether the newest corrections contradict the state, or the accelerations are not
   /// those of a camera near the earth's surface in m/s^2.
-  bool contradicted() const { return contradictions_.too_many() || is_implausible(); }
+  bool contradicted() const;
 
   /// Returns the covariance of a pose by images with the errors of the map.
   static Eigen::Matrix<double, 6, 6> with_map_error(const Eigen::Matrix<double, 6, 6>& of_images);
@@ -67,8 +67,7 @@ class InertialNavigation {
   using Covariance = Eigen::Matrix<double, kStates, kStates>;
 
   void begin(const UncertainPose& pose);
-  bool has_acceleration() const;
-  bool is_implausible() const;
+  bool is_plausible() const;
   template <int Rows>
   double update(const Eigen::Matrix<double, Rows, kStates>& H,
                 const Eigen::Matrix<double, Rows, 1>& innovation,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/inertial/inertial_prediction.hpp"
 
-#include <utility>
+#include "stillmap/geometry/contradiction.hpp"
 
-#include <Eigen/Cholesky>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -12,8 +12,6 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 /// Time after which another state begins [s].
 constexpr double kRenewal = 0.25;
-/// Squared difference that contradicts the pose [sigma^2]: 99.9 % with six degrees of freedom.
-constexpr double kContradiction = 22.46;
 
 }  // namespace
 
@@ -28,7 +26,7 @@ void InertialPrediction::compare(const UncertainPose& pose, const InertialNaviga
     const Eigen::Matrix<double, 6, 1> difference =
         (predicted->T_world_camera.inverse() * pose.T_world_camera).log();
     const Matrix6d S = predicted->covariance + navigation.with_map_error(pose.covariance);
-    contradictions_.add(difference.dot(S.llt().solve(difference)) > kContradiction);
+    contradictions_.add(squared_sigmas(difference, S) > kContradiction);
   }
   older_ = std::exchange(newer_, navigation);
   renewed_ = pose.timestamp;

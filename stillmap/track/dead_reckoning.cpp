@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/dead_reckoning.hpp"
 
+#include "stillmap/geometry/contradiction.hpp"
+
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
@@ -12,9 +14,6 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 /// Largest standard deviations of a pose, and of one at which a map is continued [m], [rad].
 constexpr double kMaxMeters = 0.5, kMaxRadians = 0.15, kCertainMeters = 0.15,
                  kCertainRadians = 0.08;
-/// Squared difference of two poses that contradict each other [sigma^2]: 99.9 % with six degrees of
-/// freedom.
-constexpr double kContradiction = 22.46;
 
 bool is_within(const UncertainPose& pose, double meters, double radians) {
   const auto variance = pose.covariance.diagonal();
@@ -62,7 +61,7 @@ void DeadReckoning::correct(const UncertainPose& pose, bool same_world) {
   if (inertia_) prediction_.compare(pose, *inertia_);
   if (wheels_) wheels_->correct(pose, same_world);
   ++compared_;
-  inertia_left_out_ += contradicts_inertia();
+  inertia_left_out_ += is_inertia_contradicted();
   wheels_left_out_ += wheels_ && wheels_->contradicted();
 }
 
@@ -90,12 +89,12 @@ std::optional<Eigen::Vector3d> DeadReckoning::up_in_camera() const {
   return by_inertia() ? inertia_->up_in_camera() : std::nullopt;
 }
 
-bool DeadReckoning::contradicts_inertia() const {
+bool DeadReckoning::is_inertia_contradicted() const {
   return inertia_ && (inertia_->contradicted() || prediction_.contradicted());
 }
 
 bool DeadReckoning::by_inertia() const {
-  return inertia_ && inertia_->is_settled() && !contradicts_inertia();
+  return inertia_ && inertia_->is_settled() && !is_inertia_contradicted();
 }
 
 std::vector<Finding> DeadReckoning::findings() const {
@@ -111,12 +110,10 @@ std::vector<Finding> DeadReckoning::findings() const {
   };
   add("accelerometer-unlike", "the accelerations", inertia_left_out_,
       "check the accelerometer's axes (T_camera_imu), its unit (m/s^2, 9.81 upward at rest) and "
-      "its "
-      "clock (imu_time_offset)");
+      "its clock (imu_time_offset)");
   add("odometry-unlike", "the motions of the wheels", wheels_left_out_,
       "check the pose of the base (T_camera_base), the unit (meters), the clock of the odometry "
-      "and "
-      "whether the wheels slip");
+      "and whether the wheels slip");
   return findings;
 }
 

@@ -46,7 +46,7 @@ class DeadReckoning {
   std::vector<Finding> findings() const;
 
  private:
-  bool contradicts_inertia() const;
+  bool is_inertia_contradicted() const;
   bool by_inertia() const;
 
   std::optional<InertialNavigation> inertia_;

@@ -53,9 +53,9 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
                 R_imu_camera * covariance.bottomRightCorner<3, 3>() * R_camera_imu;
   covariance_.diagonal().array() +=
       kRotationError * kRotationError + kScaleError * kScaleError * angle * angle;
-  if (angle > kMaxRate * (image.timestamp - before)) contradictions_.add(true);
-  if (contradictions_.too_many() || angle > kMaxRate * (image.timestamp - before))
-    return std::nullopt;
+  const bool too_fast = angle > kMaxRate * (image.timestamp - before);
+  if (too_fast) contradictions_.add(true);
+  if (too_fast || contradictions_.too_many()) return std::nullopt;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   MotionPrior prior{.T_previous_camera =
                         Pose(q * rotation * q.conjugate(), Eigen::Vector3d::Zero())};

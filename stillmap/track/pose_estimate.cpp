@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/pose_estimate.hpp"
 
+#include "stillmap/geometry/contradiction.hpp"
+
 #include <limits>
 
 #include <Eigen/LU>
@@ -12,9 +14,6 @@ namespace {
 /// them of few.
 constexpr double kLandmarkVariance = 1;
 
-/// Squared distance from its prior up to which a pose agrees with it [sigma^2]: 99.9 % with six
-/// degrees of freedom.
-constexpr double kPriorChi2 = 22.46;
 /// Factor on the information of a prior with which it decides against all matches.
 constexpr double kFirm = 1e4;
 /// Of the matches that agree with the pose near the prior or with the one without it, and clearly
@@ -24,7 +23,7 @@ constexpr int kLeastSupport = 10;
 constexpr double kLeastShare = 0.12, kClearly = 1;
 
 bool agrees(const PoseSolution& solution, const PosePrior& prior) {
-  return solution.well_posed && prior.chi2(solution.T_world_camera) <= kPriorChi2;
+  return solution.well_posed && prior.chi2(solution.T_world_camera) <= kContradiction;
 }
 
 /// The matches of a frame.

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/geometry/contradiction.hpp"
 #include "stillmap/motion/motion_estimator.hpp"
 #include "stillmap/track/moving_majority.hpp"
 #include "stillmap/track/odometry.hpp"
@@ -76,10 +77,9 @@ constexpr int kYoungMapFrames = 40;
 /// Fewer moving keypoints than kLeastFalseShare do not matter [0..1].
 constexpr double kLeastFalseShare = 0.2, kFalseMotionGain = 1.3, kFalseMotionSigma = 0.6;
 
-/// Squared distance of the pose of a lost camera by the images from that by IMU or wheels up to
-/// which they agree [sigma^2]: 99.9 % with six degrees of freedom; and least share of the landmarks
-/// in view that agree with it, as for loops [0..1].
-constexpr double kMaxLostChi2 = 22.46, kLeastFoundShare = 0.25;
+/// Least share of the landmarks in view that agree with the pose of a camera that was lost, as for
+/// loops [0..1].
+constexpr double kLeastFoundShare = 0.25;
 
 }  // namespace
 
@@ -245,7 +245,7 @@ bool Tracker::agrees_with_prediction(const LocalMapPose& pose) const {
   const auto predicted = frames_lost_ > 0 ? dead_reckoning_.pose() : std::nullopt;
   if (!predicted) return true;
   const PosePrior prior{predicted->T_world_camera, predicted->covariance.inverse()};
-  return prior.chi2(pose.estimate.T_world_camera) < kMaxLostChi2;
+  return prior.chi2(pose.estimate.T_world_camera) < kContradiction;
 }
 
 /// Does nothing if the timing is known, or for a frame that does not continue the previous one.
@@ -337,11 +337,15 @@ TrackedFramePtr Tracker::restart_map(const FramePtr& frame, const InitialPose& i
   return result;
 }
 
+/// Returns whether a pose agrees with the motion of the wheels.
+bool Tracker::is_confirmed(const PoseEstimate& estimate) const {
+  return dead_reckoning_.by_wheels() && !estimate.contradicts_prior;
+}
+
 /// Returns T_first_frame, the motion since the first frame of the map, if that was started on
 /// moving objects.
 std::optional<Pose> Tracker::motion_against_map(const Frame& frame, const LocalMapPose& pose) {
-  const bool confirmed = dead_reckoning_.by_wheels() && !pose.estimate.contradicts_prior;
-  if (!options_.erase_seen_through || confirmed) return std::nullopt;
+  if (!options_.erase_seen_through || is_confirmed(pose.estimate)) return std::nullopt;
   return start_verification_.contradiction(model_, frame, pose.estimate.T_world_camera);
 }
 
@@ -446,7 +450,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   const LocalMap& local_map = *state_.local_map;
   const auto result = frame_at(frame, pose.estimate);
   result->relocalized = relocalized;
-  result->confirmed = dead_reckoning_.by_wheels() && !pose.estimate.contradicts_prior;
+  result->confirmed = is_confirmed(pose.estimate);
   if (!relocalized) result->T_previous_camera = motion_since_previous(pose.estimate.T_world_camera);
   gyro_.add(*result);
   if (!relocalized) note_prediction(*result);

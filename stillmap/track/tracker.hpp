@@ -142,6 +142,7 @@ class Tracker {
   void begin_map(const FramePtr& frame, const TrackedFramePtr& first, const Pose& T_previous_next);
   std::optional<LocalMapPose> pose_of_lost(const FramePtr& frame) const;
   bool agrees_with_prediction(const LocalMapPose& pose) const;
+  bool is_confirmed(const PoseEstimate& estimate) const;
   TrackedFramePtr lost(const FramePtr& frame, const std::string& reason);
   TrackedFramePtr lost_at(const FramePtr& frame, const std::string& reason,
                           const UncertainPose& predicted);

@@ -2,10 +2,9 @@
 #include "stillmap/track/wheel_navigation.hpp"
 
 #include "stillmap/geometry/adjoint.hpp"
+#include "stillmap/geometry/contradiction.hpp"
 
 #include <algorithm>
-
-#include <Eigen/Cholesky>
 
 namespace stillmap {
 namespace {
@@ -22,8 +21,6 @@ constexpr double kMeters = 2e-3, kRadians = 2e-3;
 constexpr double kComparedLength = 0.2, kComparedAngle = 0.2;
 /// Age of the earliest pose from which the wheels continue [s].
 constexpr double kEarlier = 0.5;
-/// Squared difference that contradicts the wheels [sigma^2]: 99.9 % with six degrees of freedom.
-constexpr double kContradiction = 22.46;
 
 /// Returns the pose between the samples around a time; none if there are none.
 std::optional<Pose> pose_at(std::span<const OdometrySample> samples, double time) {
@@ -87,7 +84,7 @@ void WheelNavigation::compare(const UncertainPose& pose) {
     const Pose seen = start.T_world_camera.inverse() * pose.T_world_camera;
     const Eigen::Matrix<double, 6, 1> difference = (since.T_start_camera.inverse() * seen).log();
     const Matrix6d S = covariance(since) + start.covariance + pose.covariance;
-    contradictions_.add(difference.dot(S.llt().solve(difference)) > kContradiction);
+    contradictions_.add(squared_sigmas(difference, S) > kContradiction);
   }
   compared_ = Start{pose, {}};
 }
