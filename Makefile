@@ -14,7 +14,7 @@ compile = cmake --build --preset $(1) --parallel $(JOBS)
 run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 
 .DEFAULT_GOAL := help
-.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install ros-test package package-test release clean
+.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install ros-test package package-test wheels wheels-test arm64 arm64-test release clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
@@ -90,13 +90,29 @@ install: deps  ## install the command, its library and headers to PREFIX (/usr/l
 package: deps  ## Debian packages of the command, the library and the Python module (build/release/packages)
 	@$(call configure,release)
 	$(call compile,release) --target stillmap_installed stillmap_python
-	scripts/make_packages.sh
+	scripts/make_packages.sh release
 
 package-test:  ## install, use and remove them in a clean root (as root, with mmdebstrap)
 	scripts/test_packages.sh
 
-release: package package-test  ## build and check everything that is published
-	scripts/check_version.py build/release/packages/*.deb
+wheels: deps  ## Python wheels of the module and the command, with all libraries (build/wheels)
+	scripts/make_wheels.py
+
+wheels-test:  ## install and use them in clean roots of Debian 12, Ubuntu 24.04 and Debian 13 (as root, with mmdebstrap)
+	scripts/test_wheels.sh
+
+arm64: build  ## cross-compile for 64-bit ARM: Debian packages, wheels and tests (build/arm64)
+	scripts/make_arm64_root.sh
+	@$(call configure,arm64)
+	$(call compile,arm64)
+	scripts/make_packages.sh arm64
+	scripts/make_wheels.py --arm64 python3.11
+
+arm64-test:  ## run them under QEMU; results must be the same bytes as those of this computer
+	scripts/test_arm64.py
+
+release: package package-test wheels wheels-test arm64 arm64-test  ## build and check everything that is published
+	scripts/check_version.py build/*/packages/*.deb build/wheels/*.whl
 
 clean:  ## remove all build results except downloaded wheels
-	rm -rf build/release build/debug build/asan build/tsan build/fuzz build/lint build/configure_*.log
+	rm -rf build/release build/debug build/asan build/tsan build/fuzz build/lint build/arm64 build/configure_*.log

@@ -18,13 +18,15 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/presets" DESTINATION ${CMAKE_INSTALL_DA
         FILES_MATCHING PATTERN *.yaml)
 
 # The program itself writes its manual page and completion, so that they always list the options it has.
+list(JOIN CMAKE_CROSSCOMPILING_EMULATOR " " run_stillmap)
+string(APPEND run_stillmap " '$<TARGET_FILE:stillmap>'")
 set(man_page "${PROJECT_BINARY_DIR}/stillmap.1.gz")
 set(bash_completion "${PROJECT_BINARY_DIR}/stillmap.bash")
 set(zsh_completion "${PROJECT_BINARY_DIR}/stillmap.zsh")
 add_custom_command(OUTPUT "${man_page}" "${bash_completion}" "${zsh_completion}"
-                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' man | gzip -9n >'${man_page}'"
-                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' completion bash >'${bash_completion}'"
-                   COMMAND sh -c "'$<TARGET_FILE:stillmap>' completion zsh >'${zsh_completion}'"
+                   COMMAND sh -c "${run_stillmap} man | gzip -9n >'${man_page}'"
+                   COMMAND sh -c "${run_stillmap} completion bash >'${bash_completion}'"
+                   COMMAND sh -c "${run_stillmap} completion zsh >'${zsh_completion}'"
                    DEPENDS stillmap VERBATIM)
 add_custom_target(stillmap_manual ALL DEPENDS "${man_page}" "${bash_completion}" "${zsh_completion}")
 install(FILES "${man_page}" DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)

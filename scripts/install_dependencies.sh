@@ -8,23 +8,23 @@
 #   scripts/install_dependencies.sh            to build, run and test
 #   scripts/install_dependencies.sh --fuzz     also clang with libFuzzer for `make fuzz`
 #   scripts/install_dependencies.sh --tools    also the tools for `make format`, `make lint` and quantize_network.py
+#   scripts/install_dependencies.sh --wheels   also what scripts/build_wheel_dependencies.sh needs
+#   scripts/install_dependencies.sh --arm64    also the cross compiler and the emulator for 64-bit ARM
+#   scripts/install_dependencies.sh --libraries    only prints the names of the packages that programs are linked with
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-packages=(
-  # compiler and build
-  g++ make cmake ninja-build ccache git python3 python3-venv
-  # libraries
+libraries=(
   libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libopenexr-dev libcli11-dev libfmt-dev
   libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev
   libcivetweb-dev libjs-three libcurl4-openssl-dev libmosquitto-dev
-  # Python module
-  python3-dev pybind11-dev
-  # tests and benchmarks
-  libgtest-dev libgmock-dev libbenchmark-dev nodejs
+  python3-dev pybind11-dev libgtest-dev libgmock-dev libbenchmark-dev
 )
+packages=(g++ make cmake ninja-build ccache git python3 python3-venv nodejs "${libraries[@]}")
 fuzz_packages=(clang libclang-rt-dev)
 tool_packages=(eslint)
+wheel_packages=(libprotobuf-dev protobuf-compiler libpng-dev libtiff-dev libwebp-dev)
+arm64_packages=(crossbuild-essential-arm64 qemu-user mmdebstrap)
 # OpenVINO runs the networks fast; its C++ package is part of the wheel. Optional: without it OpenCV runs them.
 openvino=(openvino==2026.4.1 numpy)
 # The tests of the Python module. Optional: without them they are skipped.
@@ -84,8 +84,14 @@ install_wheels() {
   printf '%s\n' "${wanted[@]}" >>"$stamp"
 }
 
+if [ "${1:-}" = --libraries ]; then
+  printf '%s\n' "${libraries[@]}" "${wheel_packages[@]}"
+  exit 0
+fi
 [ "${1:-}" != --fuzz ] || packages+=("${fuzz_packages[@]}")
 [ "${1:-}" != --tools ] || packages+=("${tool_packages[@]}")
+[ "${1:-}" != --wheels ] || packages+=("${wheel_packages[@]}")
+[ "${1:-}" != --arm64 ] || packages+=("${arm64_packages[@]}")
 mapfile -t missing < <(missing_packages)
 [ ${#missing[@]} -eq 0 ] || install_packages
 install_wheels "${openvino[@]}" || {

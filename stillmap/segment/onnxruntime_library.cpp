@@ -34,14 +34,30 @@ void append(const std::vector<fs::path>& more, std::vector<fs::path>& files) {
   files.insert(files.end(), more.begin(), more.end());
 }
 
+/// Returns the libraries of the package onnxruntime in a folder of Python packages.
+std::vector<fs::path> files_in(const fs::path& packages) {
+  return entries(packages / "onnxruntime" / "capi", "libonnxruntime.so");
+}
+
 /// Returns the libraries in the Python packages below PREFIX/lib.
 std::vector<fs::path> packaged_files(const fs::path& prefix) {
   std::vector<fs::path> files;
   if (prefix.empty()) return files;
   for (const fs::path& python : entries(prefix / "lib", "python3")) {
     for (const char* packages : {"site-packages", "dist-packages"})
-      append(entries(python / packages / "onnxruntime" / "capi", "libonnxruntime.so"), files);
+      append(files_in(python / packages), files);
   }
+  return files;
+}
+
+/// Returns the libraries in the environment into which pip installed this program: it is PREFIX/bin/stillmap, or, in
+/// published wheels, PACKAGES/stillmap.scripts/stillmap.
+std::vector<fs::path> files_beside_program() {
+  std::error_code error;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
+  if (error) return {};
+  std::vector<fs::path> files = packaged_files(folder.parent_path());
+  append(files_in(folder.parent_path()), files);
   return files;
 }
 
@@ -150,6 +166,7 @@ std::vector<fs::path> onnxruntime_files() {
   }
   std::vector<fs::path> files = packaged_files(environment("VIRTUAL_ENV"));
   append(packaged_files(environment("CONDA_PREFIX")), files);
+  append(files_beside_program(), files);
   files.emplace_back(kSystemLibrary);
   append(packaged_files(environment("HOME") + "/.local"), files);
   append(packaged_files("/usr/local"), files);

