@@ -4,6 +4,7 @@ find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenCV 4.5 REQUIRED
              COMPONENTS core imgproc imgcodecs features2d calib3d video dnn)
+find_package(Protobuf QUIET)  # which a static OpenCV is linked with
 find_package(fmt REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)

@@ -12,8 +12,8 @@ cd "$(dirname "$0")/.."
 
 target=${1:-native}
 prefix=$PWD/build/wheel_dependencies/$target
-[ ! -e "$prefix/made" ] || exit 0
 
+[ ! -e "$prefix/ceres-solver.made" ] || exit 0
 scripts/install_dependencies.sh --wheels
 
 # --- Sources ---
@@ -44,12 +44,14 @@ common=(-G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$prefix" -DC
 # build SOURCES OPTION...
 build() {
   local name=$1 log=$prefix/$1.log
+  [ ! -e "$prefix/$name.made" ] || return 0
   shift
   mkdir -p "$prefix"
   { cmake -S "$sources"/"$name"-* -B "$prefix/build/$name" "${common[@]}" "$@" &&
     cmake --build "$prefix/build/$name" --parallel "${JOBS:-$(nproc)}" &&
     cmake --install "$prefix/build/$name"; } >"$log" 2>&1 || { tail -n 50 "$log" >&2; exit 1; }
   rm -rf "$prefix/build/$name"
+  touch "$prefix/$name.made"
 }
 
 # The instruction sets are those of Debian's package.
@@ -64,4 +66,3 @@ build opencv -DBUILD_LIST=core,imgproc,imgcodecs,features2d,calib3d,video,dnn -D
 build ceres-solver -DMINIGLOG=ON -DGFLAGS=OFF -DSUITESPARSE=OFF -DCXSPARSE=OFF -DLAPACK=OFF -DACCELERATESPARSE=OFF \
   -DEIGENSPARSE=ON -DSCHUR_SPECIALIZATIONS=OFF -DUSE_CUDA=OFF -DBUILD_TESTING=OFF -DBUILD_EXAMPLES=OFF -DBUILD_BENCHMARKS=OFF \
   -DPROVIDE_UNINSTALL_TARGET=OFF
-touch "$prefix/made"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the programs that were cross-compiled for 64-bit ARM (build/arm64) under QEMU: the unit tests of the modules that
-compute, and a run on a rendered sequence, whose results must be the same bytes as those of this computer's program.
+"""Uses what `make arm64` made under QEMU: the command of the Debian package and of the wheel on a rendered sequence, whose
+trajectories must be the same bytes as this computer's; the Python module; and the unit tests of the modules that compute.
 
   test_arm64.py [--frames N] [--modules NAME,NAME...]
 """
@@ -10,45 +10,63 @@ import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-EMULATED = ["qemu-aarch64", "-L", ROOT / "build" / "arm64_root", ROOT / "build" / "arm64" / "stillmap"]
-NATIVE = [ROOT / "build" / "release" / "stillmap"]
+ARM_ROOT = ROOT / "build" / "arm64_root"
+QEMU = ["qemu-aarch64", "-L", ARM_ROOT]
 MODULES = "base,config,geometry,inertial,recording,sensor,feature,segment,motion,map,optimize,track,loop,dense"
-RESULTS = ("trajectory.txt", "trajectory_live.txt", "trajectory_covariance.txt", "keyframes.txt", "movers.csv", "cloud.ply")
+SAME = ("trajectory.txt", "trajectory_live.txt", "trajectory_covariance.txt", "keyframes.txt", "movers.csv")
+MODULE_TEST = """
+import numpy as np, stillmap
+slam = stillmap.Slam(stillmap.Camera(160, 120, fx=140, fy=140, cx=80, cy=60, depth_factor=1000))
+for i in range(3):
+    slam.push(np.full((120, 160, 3), 128, np.uint8), np.full((120, 160), 2, np.float32), i / 30)
+assert len(slam.finish().trajectory) <= 3
+print("module: stillmap", stillmap.__version__)"""
 
 
 def run(*command):
     subprocess.run([str(part) for part in command], check=True, cwd=ROOT)
 
 
-def positions(file):
-    rows = [line.split() for line in file.read_text().splitlines() if not line.startswith("#")]
-    return {row[0]: [float(value) for value in row[1:4]] for row in rows}
+def the_one(pattern):
+    found = list((ROOT / "build").glob(pattern))
+    if len(found) != 1:
+        sys.exit(f"error: there are {len(found)} files build/{pattern}, not one\n  fix: make arm64")
+    return found[0]
 
 
-def largest_distance(first, second):
-    """The largest distance between positions of two trajectories at the same time [m]."""
-    a, b = positions(first), positions(second)
-    return max((sum((x - y) ** 2 for x, y in zip(a[stamp], b[stamp])) ** .5 for stamp in a.keys() & b.keys()), default=0)
+def package_command(folder):
+    """The command of the Debian package, unpacked."""
+    run("dpkg-deb", "--extract", the_one("arm64/packages/stillmap_*_arm64.deb"), folder)
+    return folder / "usr" / "bin" / "stillmap"
 
 
-def compared_results(frames):
-    """Runs both programs on the same recording; yields the names of results that differ."""
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        run(*NATIVE, "simulate", "--frames", frames, "--people", 2, "--out", folder / "sequence")
-        for name, program in (("native", NATIVE), ("emulated", EMULATED)):
-            start = time.monotonic()
-            run(*program, "run", folder / "sequence", "--quiet", "--out", folder / name)
-            print(f"{name}: {frames} frames in {time.monotonic() - start:.1f} s")
-        for file in RESULTS:
-            native, emulated = folder / "native" / file, folder / "emulated" / file
-            if native.read_bytes() != emulated.read_bytes():
-                yield file
-        distance = largest_distance(folder / "native" / "trajectory.txt", folder / "emulated" / "trajectory.txt")
-        print(f"largest distance between the trajectories: {distance * 1e6:.3f} micrometers")
+def wheel_command(folder):
+    """The command of the wheel, unpacked; the module is tried, too."""
+    with zipfile.ZipFile(the_one("wheels/stillmap-*-cp311-*_aarch64.whl")) as wheel:
+        wheel.extractall(folder)
+    packages = f"PYTHONPATH={folder}:{ARM_ROOT}/usr/lib/python3/dist-packages"
+    run(*QEMU, "-E", packages, "-E", f"PYTHONHOME={ARM_ROOT}/usr", ARM_ROOT / "usr/bin/python3.11", "-c", MODULE_TEST)
+    command, = folder.glob("**/scripts/stillmap") or folder.glob("stillmap.scripts/stillmap")
+    return command
+
+
+def differing_results(folder, frames):
+    """Runs the programs on the same recording; yields the results that differ from this computer's."""
+    run(ROOT / "build/release/stillmap", "simulate", "--frames", frames, "--people", 2, "--out", folder / "sequence")
+    programs = {"this computer": [ROOT / "build/release/stillmap"],
+                "package": [*QEMU, package_command(folder / "package")], "wheel": [*QEMU, wheel_command(folder / "wheel")]}
+    for name, program in programs.items():
+        start = time.monotonic()
+        run(*program, "run", folder / "sequence", "--quiet", "--out", folder / name / "results")
+        print(f"{name}: {frames} frames in {time.monotonic() - start:.1f} s", flush=True)
+        for file in SAME:
+            expected = (folder / "this computer" / "results" / file).read_bytes()
+            if (folder / name / "results" / file).read_bytes() != expected:
+                yield f"{name}: {file}"
 
 
 def main():
@@ -56,8 +74,9 @@ def main():
     parser.add_argument("--frames", type=int, default=60)
     parser.add_argument("--modules", default=MODULES)
     arguments = parser.parse_args()
-    differing = list(compared_results(arguments.frames))
-    print("results that differ:", ", ".join(differing) or "none")
+    with tempfile.TemporaryDirectory() as folder:
+        differing = list(differing_results(Path(folder), arguments.frames))
+    print("results that differ from this computer's:", ", ".join(differing) or "none", flush=True)
     labels = "|".join(arguments.modules.split(","))
     tests = subprocess.run(["ctest", "--preset", "arm64", "-L", f"^({labels})$", "--timeout", "3000", "-j", "2"], cwd=ROOT,
                            check=False)
