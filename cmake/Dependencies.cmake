@@ -38,7 +38,9 @@ endif()
 set(STILLMAP_VENV "${PROJECT_SOURCE_DIR}/build/venv" CACHE PATH
     "Virtual environment in which the wheels of OpenVINO and ONNX Runtime are looked for")
 if(STILLMAP_WITH_OPENVINO)
-  if(NOT OpenVINO_DIR AND EXISTS "${STILLMAP_VENV}/bin/python")
+  if(CMAKE_CROSSCOMPILING)
+    set(openvino_cmake_path /opt/openvino/cmake)  # in the root of scripts/make_arm64_root.sh
+  elseif(NOT OpenVINO_DIR AND EXISTS "${STILLMAP_VENV}/bin/python")
     execute_process(
       COMMAND "${STILLMAP_VENV}/bin/python" -c
               "from openvino.utils import get_cmake_path; print(get_cmake_path())"
@@ -46,9 +48,9 @@ if(STILLMAP_WITH_OPENVINO)
   endif()
   find_package(OpenVINO QUIET COMPONENTS Runtime HINTS "${openvino_cmake_path}")
   # What reading ONNX networks and running them on the CPU, on Intel's GPUs (cache.json: tuned kernels) and
-  # NPUs takes; `make install` copies these.
+  # NPUs takes (on ARM: on the CPU); `make install` copies these.
   set(STILLMAP_OPENVINO_LIBRARIES libopenvino.so.* libopenvino_onnx_frontend.so.* libopenvino_intel_cpu_plugin.so
-      libopenvino_intel_gpu_plugin.so cache.json libopenvino_intel_npu_plugin.so libtbb*.so* libhwloc.so*)
+      libopenvino_arm_cpu_plugin.so libopenvino_intel_gpu_plugin.so cache.json libopenvino_intel_npu_plugin.so libtbb*.so* libhwloc.so*)
   if(OpenVINO_FOUND)
     message(STATUS "OpenVINO ${OpenVINO_VERSION}: ${OpenVINO_DIR}")
   else()
@@ -58,7 +60,10 @@ endif()
 
 # ONNX Runtime is opened at run time only. Programs in the build folder find the one in the virtual environment
 # by these links.
-file(GLOB onnxruntime_files "${STILLMAP_VENV}/lib/python3*/site-packages/onnxruntime/capi/libonnxruntime*.so*")
+set(onnxruntime_files)
+if(NOT CMAKE_CROSSCOMPILING)
+  file(GLOB onnxruntime_files "${STILLMAP_VENV}/lib/python3*/site-packages/onnxruntime/capi/libonnxruntime*.so*")
+endif()
 foreach(file IN LISTS onnxruntime_files)
   cmake_path(GET file FILENAME name)
   string(REGEX REPLACE "^libonnxruntime[.]so.*" "libonnxruntime.so.1" name "${name}")

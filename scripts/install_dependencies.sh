@@ -10,7 +10,8 @@
 #   scripts/install_dependencies.sh --tools    also the tools for `make format`, `make lint` and quantize_network.py
 #   scripts/install_dependencies.sh --wheels   also what scripts/build_wheel_dependencies.sh needs
 #   scripts/install_dependencies.sh --arm64    also the cross compiler and the emulator for 64-bit ARM
-#   scripts/install_dependencies.sh --libraries    only prints the names of the packages that programs are linked with
+#   scripts/install_dependencies.sh --libraries    only prints the names of the packages that programs are linked with;
+#                                                  --openvino: the wheel of OpenVINO
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -86,6 +87,10 @@ install_wheels() {
 
 if [ "${1:-}" = --libraries ]; then
   printf '%s\n' "${libraries[@]}" "${wheel_packages[@]}"
+  exit 0
+fi
+if [ "${1:-}" = --openvino ]; then
+  echo "${openvino[0]}"
   exit 0
 fi
 [ "${1:-}" != --fuzz ] || packages+=("${fuzz_packages[@]}")

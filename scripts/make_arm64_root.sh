@@ -26,4 +26,9 @@ find "$root/usr/lib" -lname '/*' -print0 | while IFS= read -r -d '' link; do
   ln -sfnr "$root$(readlink "$link")" "$link"
 done
 sed -i "s#;/usr/lib/#;$root/usr/lib/#g" "$root/$lib/cmake/Ceres/CeresTargets.cmake"
+# OpenVINO for ARM, of the version of this computer's.
+python3 -m pip download --quiet --no-deps --only-binary=:all: --python-version 3.11 \
+  --platform manylinux_2_35_aarch64 --platform manylinux_2_31_aarch64 --dest "$root/opt" \
+  "$(scripts/install_dependencies.sh --openvino)"
+python3 -m zipfile --extract "$root"/opt/openvino-*.whl "$root/opt"
 touch "$root/made"
