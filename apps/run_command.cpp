@@ -86,8 +86,9 @@ void add_method_options(CLI::App& command, RunArguments& arguments) {
       .add_option("--preset", arguments.preset,
                   "name of a preset (see below) or YAML file; default fused")
       ->type_name(names_or_file(preset_names));
-  command.add_option("--model", arguments.model,
-                     "segmentation network (.onnx): YOLOv7, YOLOv8 or YOLO11");
+  command.add_option(
+      "--model", arguments.model,
+      "network for segmentation or detection (.onnx), such as YOLO, RF-DETR or RTMDet");
   command.add_option("--masks", arguments.masks,
                      "folder with one precomputed mask (8-bit PNG) per frame");
   command

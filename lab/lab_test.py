@@ -177,6 +177,19 @@ class Starts(Mapping):
         done, _ = self.run_lab("starts", "--presets", "static", "--only", "one", "--truth-frame", "one=bonn")
         self.assertIn("| 0.0120; 0.0140 | 0.0040 | 0.0120 |", done.stdout)
 
+    def test_networks_are_compared_on_the_same_frames(self):
+        other = self.home / "other.onnx"
+        other.touch()
+        done, calls = self.run_lab("starts", "--presets", "fused", "--only", "one", "--starts", "1", "--count", "300",
+                                   "--networks", f"none,{self.model},{other}")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        runs = [call for call in calls if call.startswith("run")]
+        self.assertEqual([f"--model {network}" in run for run, network in zip(runs[1:], (self.model, other))], [True] * 2)
+        self.assertNotIn("--model", runs[0])
+        self.assertTrue(all("--count 300" in run for run in runs), runs)
+        for name in ("fused-no-network", f"fused-{Path(self.model).stem}", "fused-other"):
+            self.assertIn(f"| one | {name} |", done.stdout)
+
     def test_a_start_that_fails_is_listed(self):
         (self.home / "broken").touch()
         done, _ = self.run_lab("starts", "--presets", "seg-mask", "--only", "one", "--starts", "2")

@@ -2,6 +2,7 @@
 """Median and worst ATE over runs that start at different frames.
 
   python3 -m lab starts SEQUENCES_DIR --out RESULTS_DIR [--model yolov8n-seg.onnx] [--presets fused,static] [--starts 5]
+  python3 -m lab starts SEQUENCES_DIR --out RESULTS_DIR --networks none,a.onnx,b.onnx --count 300
 
 One run is one sample: which frame comes first decides which keyframes are made, and so moves the ATE. Every sequence
 (a folder with groundtruth.txt) is mapped from frames 0 to N-1 on (`stillmap run --first`), and the accuracy is given
@@ -15,15 +16,30 @@ Written to RESULTS_DIR: starts.md (printed at the end), starts.json, and a folde
 """
 import json
 import statistics
+from pathlib import Path
 
 from lab import core
+
+NO_NETWORK = "none"
 
 
 def add_arguments(parser):
     core.add_run_arguments(parser, ["fused"])
     parser.add_argument("--starts", type=int, default=5, help="number of first frames; default: %(default)s")
+    parser.add_argument("--count", type=int, default=0, help="frames of each run; default: all")
+    parser.add_argument("--networks", type=core.names, default=[], metavar="FILE,FILE",
+                        help=f"run each preset with each of these networks instead of --model; {NO_NETWORK}: without one")
     parser.add_argument("--truth-frame", action="append", default=[], metavar="SEQUENCE=FRAME",
                         help="frame of a sequence's truth, as of `stillmap eval --truth-frame`")
+
+
+def variants_of(arguments):
+    """Variants of all presets, with each network if several are named."""
+    if not arguments.networks:
+        return core.variants_of(arguments)
+    return [core.Variant(preset + core.NO_NETWORK, preset) if network == NO_NETWORK else
+            core.Variant(f"{preset}-{Path(network).stem}", preset, Path(network))
+            for network in arguments.networks for preset in arguments.presets]
 
 
 def evaluated(sequence, out, words, arguments):
@@ -51,6 +67,8 @@ def run_from(first, variant, sequence, arguments):
     """Figures of one run, or {"error": reason}."""
     out = arguments.out / f"{sequence.name}_{variant.name}_from_{first}"
     words = ["--preset", variant.preset, "--first", first]
+    if arguments.count:
+        words += ["--count", arguments.count]
     command = core.run_command(arguments.program, sequence, out, words, variant.model,
                                variant.settings + tuple(arguments.set))
     try:
@@ -100,9 +118,12 @@ def main(arguments):
     core.check_run_arguments(arguments)
     if arguments.starts < 1:
         arguments.error("--starts must be 1 or more")
+    for network in arguments.networks:
+        if network != NO_NETWORK and not Path(network).exists():
+            arguments.error(f"there is no network {network}: name another one, or {NO_NETWORK}")
     rows = []
     for sequence in core.sequences_of(arguments):
-        for variant in core.variants_of(arguments):
+        for variant in variants_of(arguments):
             runs = [run_from(first, variant, sequence, arguments) for first in range(arguments.starts)]
             rows.append(row_of(sequence.name, variant.name, runs))
             core.write_tables(arguments.out, text_of(rows, arguments.starts),

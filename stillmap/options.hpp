@@ -35,7 +35,7 @@ struct Options {
   };
   /// The object detector.
   struct Network {
-    /// YOLOv7, YOLOv8 or YOLO11 network (.onnx), for detection or segmentation; empty for none.
+    /// Network (.onnx) for detection or segmentation, such as YOLO or RF-DETR; empty for none.
     std::string model;
     /// Folder with one mask (8-bit PNG) per frame, used instead of a network; empty for none.
     std::string masks;

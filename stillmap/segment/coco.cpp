@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
 
 namespace stillmap {
 
@@ -35,6 +36,18 @@ const std::vector<std::string>& coco_class_names() {
                                                   "vase",          "scissors",     "teddy bear",
                                                   "hair drier",    "toothbrush"};
   return kNames;
+}
+
+const std::vector<std::string>& coco_names_by_id() {
+  static const std::vector<std::string> names = [] {
+    const std::set<int> unused = {0, 12, 26, 29, 30, 45, 66, 68, 69, 71, 83};
+    std::vector<std::string> by_id;
+    auto next = coco_class_names().begin();
+    for (int id = 0; next != coco_class_names().end() || unused.contains(id); ++id)
+      by_id.push_back(unused.contains(id) ? "class " + std::to_string(id) : *next++);
+    return by_id;
+  }();
+  return names;
 }
 
 std::string coco_class_name(const std::string& name) {

@@ -48,7 +48,8 @@ class InferenceEngine {
   /// in the memory from which the device reads fastest.
   virtual std::span<float> input() = 0;
   /// Runs the network on the values of input().
-  /// @return the outputs in the order of the file; valid until the next call
+  /// @return the outputs in the order of the file, 64-bit integers as floats; valid until the next
+  /// call
   virtual std::vector<TensorView> run() = 0;
   virtual EngineName name() const = 0;
 };

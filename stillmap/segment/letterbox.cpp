@@ -14,6 +14,7 @@ constexpr int kGray = 114;  // Padding value that YOLO networks are trained with
 void write_pixels(const cv::Mat& bgr, const PixelFormat& format, std::span<float> values) {
   const std::size_t plane = format.channels_last ? 1 : bgr.total();
   const std::size_t step = format.channels_last ? 3 : 1;
+  const auto scale = format.scale, offset = format.offset;
   for (int y = 0; y < bgr.rows; ++y) {
     const auto* in = bgr.ptr<std::uint8_t>(y);
     float* first = values.data() + step * static_cast<std::size_t>(y) * bgr.cols;
@@ -21,9 +22,9 @@ void write_pixels(const cv::Mat& bgr, const PixelFormat& format, std::span<float
     float* g = first + plane;
     float* b = first + (format.bgr ? 0 : 2 * plane);
     for (std::size_t x = 0; x < static_cast<std::size_t>(bgr.cols); ++x) {
-      b[step * x] = static_cast<float>(in[3 * x]) * format.scale + format.offset;
-      g[step * x] = static_cast<float>(in[3 * x + 1]) * format.scale + format.offset;
-      r[step * x] = static_cast<float>(in[3 * x + 2]) * format.scale + format.offset;
+      b[step * x] = static_cast<float>(in[3 * x]) * scale[0] + offset[0];
+      g[step * x] = static_cast<float>(in[3 * x + 1]) * scale[1] + offset[1];
+      r[step * x] = static_cast<float>(in[3 * x + 2]) * scale[2] + offset[2];
     }
   }
 }
@@ -46,6 +47,12 @@ Letterbox Letterbox::stretched(cv::Size image_size, cv::Size input_size) {
   whole.inner = input_size;
   whole.pad_x = whole.pad_y = 0;
   return whole;
+}
+
+Letterbox Letterbox::in_corner(cv::Size image_size, cv::Size input_size) {
+  Letterbox corner(image_size, input_size);
+  corner.pad_x = corner.pad_y = 0;
+  return corner;
 }
 
 cv::Point2f Letterbox::to_image(cv::Point2f p) const {

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <span>
 
 #include <opencv2/core.hpp>
 
 namespace stillmap {
 
-/// Values of the pixels in a network's input: scale * byte + offset, in planes or pixel by pixel.
+/// Values of the pixels in a network's input: scale * byte + offset of each channel (blue, green,
+/// red), in planes or pixel by pixel.
 struct PixelFormat {
   bool channels_last = false;  ///< 1 x height x width x 3 instead of 1 x 3 x height x width.
   bool bgr = false;            ///< Blue first instead of red first.
-  float scale = 1.0F / 255.0F;
-  float offset = 0;
+  std::array<float, 3> scale = {1.0F / 255, 1.0F / 255, 1.0F / 255};
+  std::array<float, 3> offset = {0, 0, 0};
 };
 
 /// Placement of an image in a network's input: scaled with constant aspect ratio, centered, the
@@ -26,6 +28,8 @@ struct Letterbox {
   Letterbox(cv::Size image_size, cv::Size input_size);
   /// Returns a placement without padding, with another aspect ratio than the image's.
   static Letterbox stretched(cv::Size image_size, cv::Size input_size);
+  /// Returns a placement in the upper left corner: all padding is on the right and below.
+  static Letterbox in_corner(cv::Size image_size, cv::Size input_size);
 
   /// Returns the image position of an input position (edge coordinates: pixel i covers i to i + 1).
   cv::Point2f to_image(cv::Point2f input_edge) const;

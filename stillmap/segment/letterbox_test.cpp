@@ -48,9 +48,11 @@ TEST(Letterbox, OtherFormatsDifferInOrderOfChannelsAndInValues) {
   const cv::Mat color(2, 2, CV_8UC3, cv::Scalar(255, 51, 0));  // blue, green, red
   std::vector<float> values(12);
   const Letterbox whole({2, 2}, {2, 2});
-  whole.fill(color, values, {.bgr = true, .scale = 1});
+  whole.fill(color, values, {.bgr = true, .scale = {1, 1, 1}});
   EXPECT_EQ(values, (std::vector<float>{255, 255, 255, 255, 51, 51, 51, 51, 0, 0, 0, 0}));
-  whole.fill(color, values, {.channels_last = true, .scale = 2.0F / 255, .offset = -1});
+  constexpr float kScale = 2.0F / 255;
+  whole.fill(color, values,
+             {.channels_last = true, .scale = {kScale, kScale, kScale}, .offset = {-1, -1, -1}});
   for (std::size_t i = 0; i < 12; i += 3) {
     EXPECT_FLOAT_EQ(values[i], -1);
     EXPECT_NEAR(values[i + 1], -0.6F, 1e-6);
@@ -63,6 +65,21 @@ TEST(Letterbox, StretchedHasNoPaddingAndAnotherAspectRatio) {
   EXPECT_EQ(whole.inner, whole.input);
   EXPECT_EQ(whole.to_input({320, 240}), cv::Point2f(128, 128));
   EXPECT_EQ(whole.to_image({256, 256}), cv::Point2f(640, 480));
+}
+
+TEST(Letterbox, InTheCornerAllPaddingIsOnTheRightAndBelow) {
+  const auto corner = Letterbox::in_corner({640, 320}, {320, 320});
+  EXPECT_EQ(corner.inner, cv::Size(320, 160));
+  EXPECT_EQ(corner.to_image({0, 0}), cv::Point2f(0, 0));
+  EXPECT_EQ(corner.to_image({320, 160}), cv::Point2f(640, 320));
+}
+
+TEST(Letterbox, EachChannelHasItsOwnScaleAndOffset) {
+  const cv::Mat color(1, 1, CV_8UC3, cv::Scalar(10, 20, 30));  // blue, green, red
+  std::vector<float> values(3);
+  const PixelFormat format{.scale = {1, 2, 3}, .offset = {5, 6, 7}};
+  Letterbox({1, 1}, {1, 1}).fill(color, values, format);
+  EXPECT_EQ(values, (std::vector<float>{97, 46, 15}));  // red, green, blue
 }
 
 }  // namespace

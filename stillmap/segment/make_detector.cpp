@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/warning.hpp"
+#include "stillmap/segment/end_to_end_detector.hpp"
 #include "stillmap/segment/mask_folder.hpp"
 #include "stillmap/segment/semantic_detector.hpp"
 #include "stillmap/segment/yolo_detector.hpp"
@@ -28,6 +29,8 @@ void warn_of_unused(const SegmentOptions& options) {
 
 std::unique_ptr<Detector> make_network_detector(const SegmentOptions& options) {
   Network network(options);
+  if (EndToEndDetector::fits(network))
+    return std::make_unique<EndToEndDetector>(std::move(network));
   if (SemanticDetector::fits(network))
     return std::make_unique<SemanticDetector>(std::move(network));
   return std::make_unique<YoloDetector>(std::move(network));
@@ -43,7 +46,7 @@ std::unique_ptr<Detector> make_detector(const std::string& text) {
     options.masks = text;
   } else {
     throw Error("'" + text + "' is neither a network nor a folder", "make_detector",
-                "name a YOLO or DeepLabV3 network (FILE.onnx), or a folder of masks");
+                "name a network (FILE.onnx) or a folder of masks");
   }
   return make_detector(options);
 }

@@ -18,14 +18,16 @@ namespace {
 // Input size for networks with dynamic size [pixels].
 constexpr int kDynamicHeight = 480, kDynamicWidth = 640;
 
-/// Checks that input and outputs hold 32-bit floats.
+/// Checks that input and outputs hold 32-bit floats; class numbers may be integers.
 void check_types(const OnnxInfo& info, const std::string& file) {
   for (const auto* values : {&info.inputs, &info.outputs}) {
     for (const OnnxValue& value : *values) {
       if (value.element_type == OnnxValue::kFloat) continue;
+      const bool is_output = values == &info.outputs;
+      if (is_output && value.name == kLabels && value.element_type == OnnxValue::kInt64) continue;
       throw Error(
           fmt::format("the network's {} \"{}\" holds {}, not 32-bit floats",
-                      values == &info.inputs ? "input" : "output", value.name,
+                      is_output ? "output" : "input", value.name,
                       value.element_type == OnnxValue::kHalf ? "16-bit floats" : "integers"),
           file,
           export_advice() +
@@ -78,16 +80,14 @@ std::map<std::string, int> dynamic_dimensions(const OnnxValue& input,
   return sizes;
 }
 
-std::vector<std::string> output_names(const OnnxInfo& info) {
+std::vector<std::string> names_of(const std::vector<OnnxValue>& values) {
   std::vector<std::string> names;
-  for (const auto& output : info.outputs) names.push_back(output.name);
+  for (const auto& value : values) names.push_back(value.name);
   return names;
 }
 
 std::vector<std::string> names_from(const OnnxInfo& info) {
-  const auto found = info.metadata.find("names");
-  if (found == info.metadata.end()) return {};
-  std::vector<std::string> names = parse_class_names(found->second);
+  std::vector<std::string> names = class_names_in(info.metadata);
   std::transform(names.begin(), names.end(), names.begin(), coco_class_name);
   return names;
 }
@@ -125,13 +125,14 @@ Network::Network(const SegmentOptions& options) : options_(options) {
   const auto shape = input_shape_of(info, options.model);
   check_types(info, options.model);
   channels_last_ = has_channels_last(info.inputs.front().shape);
+  output_names_ = names_of(info.outputs);
   class_names_ = names_from(info);
   engine_ = choose_engine(options.backend,
                           {.model = options.model,
                            .input = info.inputs.front().name,
                            .input_shape = shape,
                            .dynamic_dimensions = dynamic_dimensions(info.inputs.front(), shape),
-                           .outputs = output_names(info),
+                           .outputs = output_names_,
                            .device = options.device,
                            .threads = options.threads});
   run_once();

@@ -10,6 +10,9 @@
 
 namespace stillmap {
 
+/// Name of an output with class numbers, the only one that may hold integers.
+inline constexpr const char* kLabels = "labels";
+
 /// A network file on one of the back ends, with an image as its only input. What its outputs mean
 /// is up to the detectors.
 class Network {
@@ -25,6 +28,8 @@ class Network {
   bool channels_last() const { return channels_last_; }
   /// Returns the class names of the metadata; none if there are none.
   const std::vector<std::string>& class_names() const { return class_names_; }
+  /// Returns the names of the outputs in the order of the file.
+  const std::vector<std::string>& output_names() const { return output_names_; }
   /// Returns the shapes of the outputs in a real run, since back ends and dynamic files differ from
   /// the declared ones.
   std::vector<std::vector<std::int64_t>> output_shapes() const;
@@ -46,6 +51,7 @@ class Network {
   SegmentOptions options_;
   bool channels_last_ = false;
   std::vector<std::string> class_names_;
+  std::vector<std::string> output_names_;
   ChosenEngine engine_;
   std::vector<TensorView> outputs_;
 };

@@ -59,7 +59,8 @@ TEST(YoloXNetwork, GetsItsImageInItsOwnFormat) {
   weights[(kAnchor * kRow + 4) * 3] = 1.0F / 255;
   weights[(kAnchor * kRow + 5) * 3] = 1.0F / 255;
   const std::string names = "{0: 'person', 1: 'cat'}";
-  write_file(file, test::mean_model({1, 3, 32, 64}, 42, kRow, weights, {{"names", names}}));
+  write_file(file, test::mean_model({1, 3, 32, 64}, {{"out", {1, 42, kRow}, weights}},
+                                    {{"names", names}}));
   RgbdFrame frame;
   frame.color = cv::Mat(64, 128, CV_8UC3, cv::Scalar(255, 0, 0));
   const auto found = make_detector(options_for(file))->detect(frame);
@@ -112,13 +113,14 @@ TEST_P(WrongNetwork, WrongOutputs) {
 }
 
 TEST_P(WrongNetwork, WrongElements) {
-  constexpr int kHalf = 10, kByte = 2;  // TensorProto.DataType
+  constexpr int kHalf = 10, kByte = 2, kInt64 = 7;  // TensorProto.DataType
   const auto model = [](int in, int out) {
     return test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8}, {}, in, out);
   };
   EXPECT_THAT(error_of(model(kHalf, kHalf)), testing::HasSubstr("\"in\" holds 16-bit floats"));
   EXPECT_THAT(error_of(model(kByte, 1)), testing::HasSubstr("\"in\" holds integers"));
   EXPECT_THAT(error_of(model(1, kHalf)), testing::HasSubstr("output \"out\" holds 16-bit floats"));
+  EXPECT_THAT(error_of(model(1, kInt64)), testing::HasSubstr("output \"out\" holds integers"));
 }
 
 TEST_P(WrongNetwork, OutputsThatAreNoNumbers) {

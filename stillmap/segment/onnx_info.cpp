@@ -266,6 +266,18 @@ std::vector<std::string> parse_class_names(std::string_view dict) {
   return list_of(names);
 }
 
+std::vector<std::string> class_names_in(const std::map<std::string, std::string>& metadata) {
+  if (const auto found = metadata.find("names"); found != metadata.end())
+    return parse_class_names(found->second);
+  const auto found = metadata.find("rfdetr_inference");
+  if (found == metadata.end()) return {};
+  constexpr std::string_view kKey = "\"class_id_to_name\":";
+  const std::string_view text = found->second;
+  const auto at = text.find(kKey);
+  return at == std::string_view::npos ? std::vector<std::string>()
+                                      : parse_class_names(text.substr(at + kKey.size()));
+}
+
 std::string export_advice() {
   return "export one with `yolo export model=yolo11n-seg.pt format=onnx imgsz=480,640`";
 }

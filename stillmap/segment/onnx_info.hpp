@@ -16,7 +16,7 @@ struct OnnxValue {
   std::vector<std::string> names;   ///< Name of each dimension; empty where it has none.
   /// TensorProto.DataType of the elements; a file that leaves it out means floats here.
   std::uint64_t element_type = kFloat;
-  static constexpr std::uint64_t kFloat = 1, kHalf = 10;  ///< FLOAT and FLOAT16.
+  static constexpr std::uint64_t kFloat = 1, kInt64 = 7, kHalf = 10;  ///< FLOAT, INT64, FLOAT16.
 };
 
 /// Metadata of a network file, read without running the network.
@@ -44,6 +44,10 @@ OnnxInfo read_onnx(const std::filesystem::path& file);
 /// 'person', 1: "driver's cab"}, the same as JSON, or a list of str. Control characters and commas
 /// become blanks. Missing ids get the name "class <id>". Returns an empty list for other texts.
 std::vector<std::string> parse_class_names(std::string_view dict);
+
+/// Returns the class names of a network's metadata: `names`, or those in `rfdetr_inference`, JSON
+/// that RF-DETR's export writes (class_id_to_name). An empty list if there are none.
+std::vector<std::string> class_names_in(const std::map<std::string, std::string>& metadata);
 
 /// Returns the advice for all errors about unsuitable networks.
 std::string export_advice();

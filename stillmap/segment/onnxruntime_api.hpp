@@ -15,6 +15,7 @@ constexpr std::uint32_t kApiVersion = 17;
 
 constexpr int kLogFatal = 4;       ///< ORT_LOGGING_LEVEL_FATAL
 constexpr int kFloatTensor = 1;    ///< ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT
+constexpr int kInt64Tensor = 7;    ///< ONNX_TENSOR_ELEMENT_DATA_TYPE_INT64
 constexpr int kArena = 1;          ///< OrtArenaAllocator
 constexpr int kDevice = 0;         ///< OrtDeviceAllocator
 constexpr int kDefaultMemory = 0;  ///< OrtMemTypeDefault

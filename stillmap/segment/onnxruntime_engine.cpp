@@ -7,6 +7,7 @@
 #include "stillmap/segment/tensorrt_cache.hpp"
 
 #include <dlfcn.h>
+#include <list>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -238,6 +239,7 @@ class OnnxRuntimeEngine final : public InferenceEngine {
   std::vector<TensorView> run() override {
     const ort::Api& api = call_.api();
     outputs_.clear();
+    converted_.clear();
     // Bound before each run: binding copies the input to the device, and outputs may change size.
     call_.check(api.bind_input(binding_.get(), options_.input.c_str(), input_.get()));
     for (const std::string& output : options_.outputs)
@@ -301,14 +303,14 @@ class OnnxRuntimeEngine final : public InferenceEngine {
     call_.check(api.free(memory_.allocator.get(), static_cast<void*>(values)));
   }
 
-  TensorView view(ort::Value* value) const {
+  TensorView view(ort::Value* value) {
     const ort::Api& api = call_.api();
     const auto shape =
         call_.make(api.release_shape, api.tensor_shape, static_cast<const ort::Value*>(value));
     int type = 0;
     std::size_t dimensions = 0;
     call_.check(api.element_type(shape.get(), &type));
-    if (type != ort::kFloatTensor)
+    if (type != ort::kFloatTensor && type != ort::kInt64Tensor)
       throw std::runtime_error("an output is no tensor of 32-bit floats");
     call_.check(api.dimension_count(shape.get(), &dimensions));
     TensorView view;
@@ -316,8 +318,15 @@ class OnnxRuntimeEngine final : public InferenceEngine {
     call_.check(api.dimensions(shape.get(), view.shape.data(), dimensions));
     void* data = nullptr;
     call_.check(api.tensor_data(value, &data));
-    view.values = {static_cast<const float*>(data), count_of(view.shape)};
+    const std::size_t count = count_of(view.shape);
+    view.values = type == ort::kFloatTensor
+                      ? std::span(static_cast<const float*>(data), count)
+                      : as_floats({static_cast<const std::int64_t*>(data), count});
     return view;
+  }
+
+  std::span<const float> as_floats(std::span<const std::int64_t> integers) {
+    return converted_.emplace_back(integers.begin(), integers.end());
   }
 
   Caller call_;
@@ -328,8 +337,9 @@ class OnnxRuntimeEngine final : public InferenceEngine {
   HostMemory memory_;
   Owned<ort::Binding> binding_;
   Owned<ort::Value> input_;
-  std::span<float> values_;                 // of input_
-  std::vector<Owned<ort::Value>> outputs_;  // of the last run
+  std::span<float> values_;                  // of input_
+  std::vector<Owned<ort::Value>> outputs_;   // of the last run
+  std::list<std::vector<float>> converted_;  // outputs of the last run that are integers
 };
 
 /// Returns the GPU and the versions of the libraries, on which an engine of TensorRT depends.

@@ -8,7 +8,8 @@ namespace stillmap {
 /// Source of instances and parameters of the network. At most one of `model` and `masks` may be
 /// set; without both there is no detector.
 struct SegmentOptions {
-  std::string model;  ///< YOLO network for detection or segmentation, or DeepLabV3 (.onnx).
+  /// Network (.onnx): YOLO, RF-DETR or RTMDet for detection or segmentation, or DeepLabV3.
+  std::string model;
   std::string masks;  ///< Folder with one 8-bit PNG per frame.
   /// Inference library: auto, openvino, onnxruntime or opencv; auto uses the fastest installed one.
   std::string backend = "auto";

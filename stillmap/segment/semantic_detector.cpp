@@ -209,7 +209,9 @@ SemanticDetector::SemanticDetector(Network network)
 }
 
 std::vector<Instance> SemanticDetector::detect(const RgbdFrame& frame) {
-  constexpr PixelFormat kFormat{.channels_last = true, .scale = 2.0F / 255.0F, .offset = -1};
+  constexpr float kScale = 2.0F / 255.0F;
+  constexpr PixelFormat kFormat{
+      .channels_last = true, .scale = {kScale, kScale, kScale}, .offset = {-1, -1, -1}};
   const auto letterbox = Letterbox::stretched(frame.color.size(), network_.input_size());
   const Labels labels = labels_in(network_.run_on(frame.color, letterbox, kFormat).front());
   const TraceScope scope("decode");

@@ -48,12 +48,22 @@ inline std::string tiny_model(const std::string& operation, const std::vector<st
   return model;
 }
 
-/// Returns a model that computes `rows` times `columns` values from the means of its image's three
-/// channels, times `weights`: row-major, for each value the factors of the three means.
-inline std::string mean_model(const std::vector<std::int64_t>& in, std::int64_t rows,
-                              std::int64_t columns, const std::vector<float>& weights,
-                              const std::map<std::string, std::string>& metadata) {
-  constexpr int kFloat = 1, kInt64 = 7, kInts = 7;  // TensorProto.DataType, AttributeProto.Type
+/// An output of mean_model().
+struct MeanOutput {
+  std::string name;
+  std::vector<std::int64_t> shape;
+  /// Row-major; for each value the factors of the means of the image's three channels.
+  std::vector<float> weights;
+  /// Row-major; is added to the values. Empty: zeros.
+  std::vector<float> bias = {};
+  bool integers = false;  ///< 64-bit integers instead of floats.
+};
+
+/// Returns a model that computes its outputs from the means of its image's three channels.
+inline std::string mean_model(const std::vector<std::int64_t>& in,
+                              const std::vector<MeanOutput>& outputs,
+                              const std::map<std::string, std::string>& metadata = {}) {
+  constexpr int kFloat = 1, kInt64 = 7, kInt = 2, kInts = 7;  // TensorProto, AttributeProto
   const auto node = [](const std::string& operation, const std::vector<std::string>& from,
                        const std::string& to, const std::string& attribute) {
     std::string text;
@@ -68,16 +78,29 @@ inline std::string mean_model(const std::vector<std::int64_t>& in, std::int64_t 
     return bytes(5, text + number(2, static_cast<std::uint64_t>(type)) + bytes(8, name) +
                         bytes(9, std::string(static_cast<const char*>(values), size)));
   };
-  const std::vector<std::int64_t> shape = {1, rows, columns};
   const std::string kernel =
       bytes(5, bytes(1, "kernel_shape") + number(8, 1) + number(8, 1) + number(20, kInts));
+  const std::string to_int64 = bytes(5, bytes(1, "to") + number(3, kInt64) + number(20, kInt));
+  std::string nodes = node("GlobalAveragePool", {"in"}, "mean", ""), constants, values;
+  for (const MeanOutput& output : outputs) {
+    const std::string& name = output.name;
+    const std::size_t count = output.weights.size() / 3;
+    std::vector<float> bias = output.bias;
+    bias.resize(count);
+    const auto filters = static_cast<std::int64_t>(count);
+    const std::string reshaped = output.integers ? name + "_floats" : name;
+    nodes += node("Conv", {"mean", name + "_weights", name + "_bias"}, name + "_flat", kernel) +
+             node("Reshape", {name + "_flat", name + "_shape"}, reshaped, "");
+    if (output.integers) nodes += node("Cast", {reshaped}, name, to_int64);
+    constants +=
+        constant(name + "_weights", kFloat, {filters, 3, 1, 1}, output.weights.data(), 12 * count) +
+        constant(name + "_bias", kFloat, {filters}, bias.data(), 4 * count) +
+        constant(name + "_shape", kInt64, {static_cast<std::int64_t>(output.shape.size())},
+                 output.shape.data(), 8 * output.shape.size());
+    values += bytes(12, tensor_value(name, output.shape, output.integers ? kInt64 : kFloat));
+  }
   const std::string graph =
-      node("GlobalAveragePool", {"in"}, "mean", "") +
-      node("Conv", {"mean", "weights"}, "flat", kernel) +
-      node("Reshape", {"flat", "shape"}, "out", "") + bytes(2, "graph") +
-      constant("weights", kFloat, {rows * columns, 3, 1, 1}, weights.data(), 4 * weights.size()) +
-      constant("shape", kInt64, {3}, shape.data(), 24) + bytes(11, tensor_value("in", in)) +
-      bytes(12, tensor_value("out", shape));
+      nodes + bytes(2, "graph") + constants + bytes(11, tensor_value("in", in)) + values;
   std::string model =
       number(1, 7) + bytes(2, "test") + bytes(7, graph) + bytes(8, bytes(1, "") + number(2, 12));
   for (const auto& [key, value] : metadata) model += bytes(14, bytes(1, key) + bytes(2, value));

@@ -12,9 +12,6 @@
 namespace stillmap {
 namespace {
 
-/// Maximum number of instances per frame: the most confident ones.
-constexpr std::size_t kMaxInstances = 100;
-
 float intersection_over_union(const cv::Rect2f& a, const cv::Rect2f& b) {
   const float shared = (a & b).area();
   const float either = a.area() + b.area() - shared;
@@ -140,8 +137,9 @@ Steps steps_along(int pixels, int samples, Position&& position) {
   return steps;
 }
 
-/// Returns 255 where the bilinear interpolation of the samples is positive.
-cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const Steps& rows) {
+/// Returns 255 where the bilinear interpolation of the samples is above the threshold.
+cv::Mat above_between(const cv::Mat1f& samples, const Steps& columns, const Steps& rows,
+                      float threshold) {
   const auto width = columns.first.size(), height = rows.first.size();
   cv::Mat mask(static_cast<int>(height), static_cast<int>(width), CV_8UC1);
   std::vector<float> blended(static_cast<std::size_t>(samples.cols));
@@ -153,7 +151,7 @@ cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const S
     auto* out = mask.ptr<std::uint8_t>(static_cast<int>(y));
     for (std::size_t x = 0; x < width; ++x) {
       const float l = blended[columns.first[x]], r = blended[columns.second[x]];
-      out[x] = l + columns.weight[x] * (r - l) > 0 ? 255 : 0;
+      out[x] = l + columns.weight[x] * (r - l) > threshold ? 255 : 0;
     }
   }
   return mask;
@@ -164,7 +162,8 @@ cv::Mat positive_between(const cv::Mat1f& samples, const Steps& columns, const S
   std::string list;
   for (const auto& shape : shapes) list += fmt::format(" [{}]", fmt::join(shape, ", "));
   throw Error(
-      "the outputs are not those of a YOLOv7, YOLOv8, YOLO11 or YOLOX network, nor of DeepLabV3:" +
+      "the outputs are not those of a YOLOv7, YOLOv8, YOLO11 or YOLOX network, nor of DeepLabV3, "
+      "RF-DETR or RTMDet:" +
           list,
       where, export_advice());
 }
@@ -337,9 +336,8 @@ std::vector<Candidate> candidates_in(std::span<const TensorView> outputs, const 
                           : read_candidates(boxes, shape, min_confidence);
 }
 
-Instance to_instance(const Candidate& candidate, std::span<const TensorView> outputs,
-                     const YoloShape& shape, const Letterbox& letterbox,
-                     const std::vector<std::string>& names) {
+Instance to_instance(const Candidate& candidate, const Letterbox& letterbox,
+                     const std::vector<std::string>& names, const MaskOfCandidate& mask_of) {
   const cv::Point2f low = letterbox.to_image(candidate.box.tl());
   const cv::Point2f high = letterbox.to_image(candidate.box.br());
   const cv::Rect around(cv::Point(cvFloor(low.x), cvFloor(low.y)),
@@ -349,11 +347,7 @@ Instance to_instance(const Candidate& candidate, std::span<const TensorView> out
                     .confidence = candidate.confidence,
                     .box = around & cv::Rect(cv::Point(), letterbox.image),
                     .mask = {}};
-  if (shape.mask_coefficients > 0 && !instance.box.empty()) {
-    const auto weights = coefficients_of(outputs[shape.boxes_output], shape, candidate.anchor);
-    instance.mask =
-        assemble_mask(outputs[shape.prototypes_output], weights, letterbox, instance.box);
-  }
+  if (!instance.box.empty()) instance.mask = mask_of(candidate, instance.box);
   return instance;
 }
 
@@ -472,7 +466,7 @@ std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
 }
 
 cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coefficients,
-                      const Letterbox& letterbox, const cv::Rect& box) {
+                      const Letterbox& letterbox, const cv::Rect& box, float threshold) {
   const cv::Rect window = prototype_window(prototypes, letterbox, box);
   if (window.empty()) return cv::Mat::zeros(box.size(), CV_8UC1);
   const cv::Mat1f logits = weigh_prototypes(prototypes, coefficients, window);
@@ -488,8 +482,20 @@ cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coeff
     const float center = static_cast<float>(box.y + y) + 0.5F;
     return letterbox.to_input({0, center}).y * sy - 0.5F - static_cast<float>(window.y);
   };
-  return positive_between(logits, steps_along(box.width, window.width, column),
-                          steps_along(box.height, window.height, row));
+  return above_between(logits, steps_along(box.width, window.width, column),
+                       steps_along(box.height, window.height, row), threshold);
+}
+
+std::vector<Instance> to_instances(const std::vector<Candidate>& candidates,
+                                   const Letterbox& letterbox,
+                                   const std::vector<std::string>& class_names,
+                                   const MaskOfCandidate& mask_of) {
+  std::vector<Instance> instances;
+  for (const Candidate& candidate : candidates) {
+    Instance instance = to_instance(candidate, letterbox, class_names, mask_of);
+    if (!is_void(instance)) instances.push_back(std::move(instance));
+  }
+  return instances;
 }
 
 std::vector<Candidate> decode_candidates(std::span<const TensorView> outputs,
@@ -502,12 +508,12 @@ std::vector<Instance> decode_yolo(std::span<const TensorView> outputs, const Yol
                                   const Letterbox& letterbox, const DecodeOptions& options,
                                   const std::vector<std::string>& class_names) {
   const TraceScope scope("decode");
-  std::vector<Instance> instances;
-  for (const Candidate& candidate : decode_candidates(outputs, shape, options)) {
-    Instance instance = to_instance(candidate, outputs, shape, letterbox, class_names);
-    if (!is_void(instance)) instances.push_back(std::move(instance));
-  }
-  return instances;
+  const auto mask_of = [&](const Candidate& candidate, const cv::Rect& box) {
+    if (shape.mask_coefficients == 0) return cv::Mat();
+    const auto weights = coefficients_of(outputs[shape.boxes_output], shape, candidate.anchor);
+    return assemble_mask(outputs[shape.prototypes_output], weights, letterbox, box);
+  };
+  return to_instances(decode_candidates(outputs, shape, options), letterbox, class_names, mask_of);
 }
 
 }  // namespace stillmap

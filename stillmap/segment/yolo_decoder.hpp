@@ -5,6 +5,7 @@
 #include "stillmap/segment/letterbox.hpp"
 
 #include <array>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -119,10 +120,23 @@ std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
                                            const YoloShape& shape, float min_confidence);
 
 /// Returns the mask of one candidate inside `box` (pixels of the full image): the prototypes
-/// weighted by the candidate's coefficients, interpolated bilinearly, 255 where the sum is positive
-/// (sigmoid above one half). 8UC1 of the box's size.
+/// weighted by the candidate's coefficients, interpolated bilinearly, 255 where the sum is above
+/// `threshold` (that of logits is 0: sigmoid above one half). 8UC1 of the box's size.
 cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coefficients,
-                      const Letterbox& letterbox, const cv::Rect& box);
+                      const Letterbox& letterbox, const cv::Rect& box, float threshold = 0);
+
+/// Returns the mask of a candidate inside a box (pixels of the full image); empty if it has none.
+using MaskOfCandidate = std::function<cv::Mat(const Candidate&, const cv::Rect&)>;
+
+/// Returns the candidates as instances in image pixels, their boxes widened to whole pixels. Those
+/// outside the image or with an empty mask are left out.
+std::vector<Instance> to_instances(const std::vector<Candidate>& candidates,
+                                   const Letterbox& letterbox,
+                                   const std::vector<std::string>& class_names,
+                                   const MaskOfCandidate& mask_of);
+
+/// Maximum number of instances per frame: the most confident ones.
+inline constexpr std::size_t kMaxInstances = 100;
 
 /// Returns the candidates that are confident enough and that non-maximum suppression keeps, by
 /// descending confidence: at most 100.

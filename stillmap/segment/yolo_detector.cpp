@@ -24,7 +24,7 @@ YoloDetector::YoloDetector(Network network)
                           input_size());
   if (!shape_.cells.empty()) {  // YOLOX
     format_.bgr = true;
-    format_.scale = 1;
+    format_.scale = {1, 1, 1};
     leave_decoded(network_.outputs()[shape_.boxes_output], input_size(), shape_);
   }
   if (class_names_.empty()) {

@@ -16,6 +16,7 @@ class OpenVinoEngine final : public InferenceEngine {
     const std::string device = device_of(options.device);
     auto model = core_.read_model(options.model);
     if (model->is_dynamic()) model->reshape(ov::Shape(shape_.begin(), shape_.end()));
+    model = with_float_outputs(model);
     compiled_ = core_.compile_model(model, device, settings(device, options.threads));
     const std::string version = ov::get_openvino_version().buildNumber;
     name_ = {
@@ -60,6 +61,16 @@ class OpenVinoEngine final : public InferenceEngine {
     return {ov::hint::performance_mode(ov::hint::PerformanceMode::LATENCY),
             ov::inference_num_threads(threads), ov::num_streams(1),
             ov::hint::inference_precision(ov::element::f32), ov::hint::enable_cpu_pinning(false)};
+  }
+  static std::shared_ptr<ov::Model> with_float_outputs(const std::shared_ptr<ov::Model>& model) {
+    ov::preprocess::PrePostProcessor processor(model);
+    bool has_integers = false;
+    for (std::size_t i = 0; i < model->outputs().size(); ++i) {
+      if (model->output(i).get_element_type() != ov::element::i64) continue;
+      processor.output(i).tensor().set_element_type(ov::element::f32);
+      has_integers = true;
+    }
+    return has_integers ? processor.build() : model;
   }
   static TensorView view(const ov::Tensor& tensor) {
     const auto& shape = tensor.get_shape();
