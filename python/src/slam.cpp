@@ -345,14 +345,14 @@ void bind_slam(py::module_& module) {
       .def_property_readonly("cloud", &newest<kCloud>,
                              "Cloud of the results, or of a snapshot before finish().")
       .def_property_readonly(
-          "movers", &PythonSlam::movers, WithoutGil(),
+          "movers", py::cpp_function(&PythonSlam::movers, WithoutGil()),
           "Moving objects in the newest frame (Mover), as in a snapshot. The tracks of the whole "
           "run (MoverTrack) are in the results.")
       .def(
           "set_mode", &set_mode, py::arg("mode"),
           "\"map\": the frames pushed from now on extend the map; \"localize\": the camera is only "
           "localized in it, and it stays as it is.")
-      .def_property_readonly("findings", &PythonSlam::findings, WithoutGil(),
+      .def_property_readonly("findings", py::cpp_function(&PythonSlam::findings, WithoutGil()),
                              "Findings of the results; before finish() what the frames pushed so "
                              "far show to be wrong, such as a wrong depth factor.")
       .def("finish", &PythonSlam::finish, WithoutGil(),
