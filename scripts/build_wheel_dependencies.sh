@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 #
-# Builds OpenCV and Ceres for the wheels (scripts/make_wheels.py) as static libraries, from the sources of this Debian,
+# Builds OpenCV, Ceres and libtiff for the wheels (scripts/make_wheels.py) as static libraries, from this Debian's sources,
 # into build/wheel_dependencies/ARCHITECTURE: the modules that Stillmap uses, without the packages' several hundred
-# further libraries, of which some (x265, Poppler, SuiteSparse) are under the GPL.
+# further libraries, of which some (x265, Poppler, SuiteSparse, JBIG-KIT) are under the GPL.
 #
 #   scripts/build_wheel_dependencies.sh           for this computer
 #   scripts/build_wheel_dependencies.sh arm64     for 64-bit ARM (after scripts/make_arm64_root.sh)
@@ -27,8 +27,8 @@ apt=(apt-get -q -o "Dir::Etc::sourcelist=$sources/sources.list" -o Dir::Etc::sou
      -o "Dir::State::lists=$sources/lists" -o APT::Sandbox::User=)
 if [ ! -e "$sources/unpacked" ]; then
   "${apt[@]}" update
-  (cd "$sources" && "${apt[@]}" source --download-only opencv ceres-solver)
-  for archive in "$sources"/{opencv,ceres-solver}_*.orig.tar.xz; do
+  (cd "$sources" && "${apt[@]}" source --download-only opencv ceres-solver tiff)
+  for archive in "$sources"/{opencv,ceres-solver,tiff}_*.orig.tar.[bx]z*; do
     tar -xf "$archive" -C "$sources"
   done
   touch "$sources/unpacked"
@@ -54,6 +54,8 @@ build() {
   touch "$prefix/$name.made"
 }
 
+build libtiff -Djbig=OFF -Dlerc=OFF -Dlibdeflate=OFF -Dlzma=OFF -Dzstd=OFF -Dwebp=OFF -Dtiff-tools=OFF -Dtiff-tests=OFF \
+  -Dtiff-contrib=OFF -Dtiff-docs=OFF
 # The instruction sets are those of Debian's package.
 build opencv -DBUILD_LIST=core,imgproc,imgcodecs,features2d,calib3d,video,dnn -DCPU_BASELINE_DISABLE=SSE3 \
   -DBUILD_TESTS=OFF -DBUILD_PERF_TESTS=OFF -DBUILD_EXAMPLES=OFF -DBUILD_opencv_apps=OFF -DBUILD_JAVA=OFF \
@@ -64,5 +66,5 @@ build opencv -DBUILD_LIST=core,imgproc,imgcodecs,features2d,calib3d,video,dnn -D
   -DWITH_OPENEXR=OFF -DWITH_GDAL=OFF -DWITH_GDCM=OFF -DWITH_TIFF=ON -DWITH_WEBP=ON -DWITH_PNG=ON -DWITH_JPEG=ON \
   -DBUILD_TIFF=OFF -DBUILD_WEBP=OFF -DBUILD_PNG=OFF -DBUILD_JPEG=OFF -DBUILD_ZLIB=OFF
 build ceres-solver -DMINIGLOG=ON -DGFLAGS=OFF -DSUITESPARSE=OFF -DCXSPARSE=OFF -DLAPACK=OFF -DACCELERATESPARSE=OFF \
-  -DEIGENSPARSE=ON -DSCHUR_SPECIALIZATIONS=OFF -DUSE_CUDA=OFF -DBUILD_TESTING=OFF -DBUILD_EXAMPLES=OFF -DBUILD_BENCHMARKS=OFF \
+  -DEIGENSPARSE=ON -DSCHUR_SPECIALIZATIONS=OFF -DCUDA=OFF -DUSE_CUDA=OFF -DBUILD_TESTING=OFF -DBUILD_EXAMPLES=OFF -DBUILD_BENCHMARKS=OFF \
   -DPROVIDE_UNINSTALL_TARGET=OFF

