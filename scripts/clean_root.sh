@@ -15,8 +15,8 @@ in_clean_root() {
     echo "  fix: apt-get install mmdebstrap, and the package of the keys (${keys%.gpg})" >&2
     return 1
   fi
-  local certificates=${PIP_CERT:-/etc/ssl/certs/ca-certificates.crt}
-  PIP_CERT=/tmp/certificates.crt mmdebstrap --quiet --variant=apt --format=null --include="$packages" \
-    --customize-hook="upload $certificates /tmp/certificates.crt" "$@" \
+  local certificates=/etc/ssl/certs/ca-certificates.crt
+  PIP_CERT=$certificates mmdebstrap --quiet --variant=apt --format=null --include="$packages" \
+    --customize-hook="upload $certificates $certificates" "$@" \
     "$release" - "deb [signed-by=/usr/share/keyrings/$keys] $mirror $release $areas"
 }
