@@ -63,13 +63,12 @@ void visit_features_options(Group& features, const Visitor& visit) {
 
 template <typename Group, typename Visitor>
 void visit_network_options(Group& network, const Visitor& visit) {
-  visit(
-      {"network.model",
-       "",
-       {},
-       "Network (.onnx) for detection or segmentation, such as YOLO, RF-DETR or RTMDet; empty for "
-       "none."},
-      network.model);
+  visit({"network.model",
+         "",
+         {},
+         "Network (.onnx) for detection or segmentation, such as YOLO or RF-DETR; empty for "
+         "none."},
+        network.model);
   visit({"network.masks",
          "",
          {},

@@ -50,8 +50,8 @@ std::vector<fs::path> packaged_files(const fs::path& prefix) {
   return files;
 }
 
-/// Returns the libraries in the environment into which pip installed this program: it is PREFIX/bin/stillmap, or, in
-/// published wheels, PACKAGES/stillmap.scripts/stillmap.
+/// Returns the libraries in the environment into which pip installed this program: it is
+/// PREFIX/bin/stillmap, or, in published wheels, PACKAGES/stillmap.scripts/stillmap.
 std::vector<fs::path> files_beside_program() {
   std::error_code error;
   const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
