@@ -17,7 +17,7 @@ run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 .PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install ros-test package package-test wheels wheels-test arm64 arm64-test release clean
 
 help:  ## this list
-	@sed -nE 's/^([a-z -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
+	@sed -nE 's/^([a-z0-9 -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
 
 deps:
 	@mkdir -p build
@@ -101,7 +101,7 @@ wheels: deps  ## Python wheels of the module and the command, with all libraries
 wheels-test:  ## install and use them in clean roots of Debian 12, Ubuntu 24.04 and Debian 13 (as root, with mmdebstrap)
 	scripts/test_wheels.sh
 
-arm64: build  ## cross-compile for 64-bit ARM: Debian packages, wheels and tests (build/arm64)
+arm64: package  ## cross-compile for 64-bit ARM: Debian packages, wheels and tests (build/arm64)
 	scripts/make_arm64_root.sh
 	@$(call configure,arm64)
 	$(call compile,arm64)

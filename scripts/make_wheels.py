@@ -131,9 +131,10 @@ def main():
     parser.add_argument("--arm64", action="store_true")
     parser.add_argument("python", nargs="*")
     arguments = parser.parse_args()
+    run("scripts/build_wheel_dependencies.sh")
     if arguments.arm64:
         run("scripts/make_arm64_root.sh")
-    run("scripts/build_wheel_dependencies.sh", *(["arm64"] if arguments.arm64 else []))
+        run("scripts/build_wheel_dependencies.sh", "arm64")
     too_large = False
     for python in interpreters(arguments.python):
         wheel = arm64_wheel(python) if arguments.arm64 else native_wheel(python)

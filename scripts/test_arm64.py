@@ -50,7 +50,8 @@ def wheel_command(folder):
         wheel.extractall(folder)
     packages = f"PYTHONPATH={folder}:{ARM_ROOT}/usr/lib/python3/dist-packages"
     run(*QEMU, "-E", packages, "-E", f"PYTHONHOME={ARM_ROOT}/usr", ARM_ROOT / "usr/bin/python3.11", "-c", MODULE_TEST)
-    command, = folder.glob("**/scripts/stillmap") or folder.glob("stillmap.scripts/stillmap")
+    command = folder / "stillmap.scripts" / "stillmap"
+    command.chmod(0o755)
     return command
 
 

@@ -9,8 +9,10 @@ cd "$(dirname "$0")/.."
 # shellcheck source=scripts/clean_root.sh
 . scripts/clean_root.sh
 shopt -s nullglob
+tested=0
 for pair in cp311:bookworm cp312:noble cp313:trixie; do
   for wheel in build/wheels/stillmap-*-"${pair%:*}"-*"$(uname -m)".whl; do
+    tested=$((tested + 1))
     echo "== $(basename "$wheel") on ${pair#*:}"
     in_clean_root "${pair#*:}" python3,python3-venv,ca-certificates \
       --customize-hook="mkdir -p \"\$1/wheels\"" \
@@ -18,3 +20,8 @@ for pair in cp311:bookworm cp312:noble cp313:trixie; do
       --customize-hook="chroot \"\$1\" bash /wheels/use_wheel.sh /wheels/$(basename "$wheel")"
   done
 done
+[ $tested -gt 0 ] || {
+  echo "error: there are no wheels for this computer in build/wheels" >&2
+  echo "  fix: make wheels" >&2
+  exit 1
+}
