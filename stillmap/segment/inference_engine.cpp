@@ -19,7 +19,8 @@ namespace {
 
 constexpr const char* kInstallOpenVino =
     "run scripts/install_dependencies.sh in the source folder, then build and install again";
-constexpr const char* kInstallOnnxRuntime = "pip install onnxruntime, in the active environment";
+constexpr const char* kInstallOnnxRuntime =
+    "pip install onnxruntime, in the active environment or that of this program";
 
 using EnginePtr = std::unique_ptr<InferenceEngine>;
 using Names = std::vector<std::string>;
@@ -57,7 +58,9 @@ Error cannot_load(const std::string& backend, const EngineOptions& options,
   return {fmt::format("the {} back end cannot load this network{}{}: {}", backend, sizes, place,
                       cause_in(reason.what())),
           options.model,
-          (cpu ? export_advice() : driver_advice(options.device)) +
+          (backend == "opencv" ? kInstallOnnxRuntime + std::string(" (it loads more networks); or ")
+                               : "") +
+              (cpu ? export_advice() : driver_advice(options.device)) +
               (dynamic.empty() ? "" : ", without dynamic=True") + ", or choose another " +
               (cpu ? "back end" : "device")};
 }

@@ -192,7 +192,8 @@ TEST(SlowerEngine, NamesWhatThisBuildCanUse) {
   ASSERT_TRUE(python);
   EXPECT_NE(python->problem().find("runs on OpenCV 4.6.0 on the CPU, since ONNX Runtime"),
             std::string::npos);
-  EXPECT_EQ(python->fix(), "pip install onnxruntime, in the active environment");
+  EXPECT_EQ(python->fix(),
+            "pip install onnxruntime, in the active environment or that of this program");
   EXPECT_FALSE(slower_engine("ONNX Runtime 1.20.0 on the CPU", false)) << "the fastest it has";
   const auto command = slower_engine("ONNX Runtime 1.20.0 on the CPU", true);
   ASSERT_TRUE(command);

@@ -4,9 +4,11 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/json_text.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <curl/curl.h>
+#include <filesystem>
 #include <memory>
 
 #include <nlohmann/json.hpp>
@@ -47,8 +49,7 @@ class HttpConnection {
     set(CURLOPT_NOSIGNAL, 1L);
     set(CURLOPT_ERRORBUFFER, problem_.data());
     set(CURLOPT_WRITEFUNCTION, ignore);
-    // OpenSSL's variable, which libcurl itself does not read.
-    if (const char* file = std::getenv("SSL_CERT_FILE")) set(CURLOPT_CAINFO, file);
+    set(CURLOPT_CAINFO, certificate_file().c_str());
   }
 
   Delivery post(const std::string& event) {
@@ -56,6 +57,9 @@ class HttpConnection {
     set(CURLOPT_POSTFIELDSIZE, static_cast<long>(event.size()));
     set(CURLOPT_POSTFIELDS, event.data());
     const CURLcode code = curl_easy_perform(handle_.get());
+    if (code == CURLE_SSL_CACERT_BADFILE)
+      return {Delivered::kLater,
+              certificate_file() + " has no certificates that can be read; " + kCertificateAdvice};
     if (code != CURLE_OK)
       return {Delivered::kLater, problem_[0] == '\0' ? curl_easy_strerror(code) : problem_.data()};
     long status = 0;
@@ -80,6 +84,15 @@ class HttpConnection {
 };
 
 }  // namespace
+
+std::string certificate_file() {
+  if (const char* own = std::getenv("SSL_CERT_FILE")) return own;
+  constexpr std::array kFiles = {"/etc/ssl/certs/ca-certificates.crt",
+                                 "/etc/pki/tls/certs/ca-bundle.crt", "/etc/ssl/ca-bundle.pem"};
+  const auto* const found = std::find_if(
+      kFiles.begin(), kFiles.end(), [](const char* file) { return std::filesystem::exists(file); });
+  return found == kFiles.end() ? kFiles.front() : *found;
+}
 
 Deliver delivery_to(const EventAddress& address, const std::string& run) {
   if (address.protocol == EventAddress::Protocol::kMqtt) {

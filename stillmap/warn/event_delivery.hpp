@@ -3,6 +3,8 @@
 #include "stillmap/warn/event_address.hpp"
 #include "stillmap/warn/event_sender.hpp"
 
+#include <string>
+
 namespace stillmap {
 
 /// Returns the delivery of events to an address: by POST with the event as the body, or by
@@ -11,6 +13,12 @@ namespace stillmap {
 /// names. Throws Error for MQTT if this program was built without it.
 /// @param run  identity of the run in the last words of MQTT, see mqtt_delivery()
 Deliver delivery_to(const EventAddress& address, const std::string& run);
+
+/// Returns the file of trusted certificates: that of SSL_CERT_FILE, or the first that exists of
+/// those of Debian, Fedora and openSUSE.
+std::string certificate_file();
+inline constexpr const char* kCertificateAdvice =
+    "install the package ca-certificates, or name a file by SSL_CERT_FILE";
 
 /// Returns the delivery by MQTT; see delivery_to(). If the program dies, the broker publishes
 /// `last_words` in its place.

@@ -3,7 +3,9 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/warn/event_address.hpp"
+#include "stillmap/warn/event_delivery.hpp"
 
+#include <cstdlib>
 #include <future>
 #include <string>
 #include <utility>
@@ -16,6 +18,16 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+
+TEST(CertificateFile, IsThatOfTheVariableOrOfTheSystem) {
+  const char* given = std::getenv("SSL_CERT_FILE");
+  const std::string before = given != nullptr ? given : "";
+  setenv("SSL_CERT_FILE", "/own/certificates.pem", 1);
+  EXPECT_EQ(certificate_file(), "/own/certificates.pem");
+  unsetenv("SSL_CERT_FILE");
+  EXPECT_THAT(certificate_file(), testing::AnyOf(HasSubstr("/etc/ssl/"), HasSubstr("/etc/pki/")));
+  if (!before.empty()) setenv("SSL_CERT_FILE", before.c_str(), 1);
+}
 
 TEST(EventSender, SendsAllEventsInTheirOrderBeforeItEnds) {
   std::vector<std::string> received;

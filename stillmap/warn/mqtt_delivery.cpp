@@ -75,14 +75,12 @@ class MqttConnection {
  private:
   /// Not by MOSQ_OPT_TLS_USE_OS_CERTS, with which libmosquitto 2.0.11 never connects again.
   void verify_certificates() {
-    const char* own = std::getenv("SSL_CERT_FILE");
-    const std::string file = own != nullptr ? own : "/etc/ssl/certs/ca-certificates.crt";
+    const std::string file = certificate_file();
     if (mosquitto_tls_set(client_, file.c_str(), nullptr, nullptr, nullptr, nullptr) ==
         MOSQ_ERR_SUCCESS)
       return;
     mosquitto_destroy(client_);
-    throw Error("has no certificates that can be read", file,
-                "install the package ca-certificates, or name a file by SSL_CERT_FILE");
+    throw Error("has no certificates that can be read", file, kCertificateAdvice);
   }
   static MqttConnection& self(void* object) { return *static_cast<MqttConnection*>(object); }
   static void on_connect(mosquitto*, void* object, int code) {
