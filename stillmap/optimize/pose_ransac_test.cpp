@@ -33,7 +33,9 @@ TwoViews two_views(unsigned seed, int count, double wrong_share, double pixel_si
   const Camera& camera = views.camera;
   // Adds pixel noise and a relative depth error.
   const auto measure = [&](const Eigen::Vector3d& p, Eigen::Vector2d& uv) -> Eigen::Vector3d {
-    uv = camera.project(p) + pixel_sigma * Eigen::Vector2d(normal(rng), normal(rng));
+    const double v_noise = normal(rng),
+                 u_noise = normal(rng);  // not as arguments, whose order is free
+    uv = camera.project(p) + pixel_sigma * Eigen::Vector2d(u_noise, v_noise);
     return camera.unproject(uv.x(), uv.y(), p.z() * (1 + depth_share * normal(rng)));
   };
   while (static_cast<int>(views.pairs.size()) < count) {

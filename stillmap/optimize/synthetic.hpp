@@ -21,9 +21,17 @@ struct Noise {
   double depthless = 0;        ///< Share without depth [0..1].
 };
 
+/// Three normally distributed numbers, drawn one by one: the order of arguments depends on the
+/// computer.
+inline Eigen::Vector3d normal_vector(std::mt19937& rng, std::normal_distribution<double>& normal) {
+  Eigen::Vector3d drawn;
+  for (const int i : {2, 1, 0}) drawn[i] = normal(rng);
+  return drawn;
+}
+
 inline Pose random_pose(std::mt19937& rng, double meters, double radians) {
   std::normal_distribution<double> normal;
-  const auto draw = [&] { return Eigen::Vector3d(normal(rng), normal(rng), normal(rng)); };
+  const auto draw = [&] { return normal_vector(rng, normal); };
   Vector6d twist;
   twist << meters / std::numbers::sqrt3 * draw(), radians / std::numbers::sqrt3 * draw();
   return Pose::exp(twist);
@@ -155,7 +163,7 @@ inline BundleScene bundle_scene(unsigned seed, const BundleShape& shape, const N
     const Eigen::Vector3d p =
         scene.T_world_camera[first] * scene.problem.camera.unproject(s.u, s.v, s.depth);
     scene.points.push_back(p);
-    scene.problem.points.push_back(p + Eigen::Vector3d(normal(rng), normal(rng), normal(rng)));
+    scene.problem.points.push_back(p + normal_vector(rng, normal));
     const int wanted = static_cast<int>(shape.observations_per_point + uniform(rng));
     observe_point(rng, static_cast<std::size_t>(k), first, wanted, noise, scene);
   }
