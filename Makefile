@@ -108,7 +108,7 @@ arm64: package  ## cross-compile for 64-bit ARM: Debian packages, wheels and tes
 	scripts/make_packages.sh arm64
 	scripts/make_wheels.py --arm64 python3.11
 
-arm64-test:  ## run them under QEMU; results must be the same bytes as those of this computer
+arm64-test:  ## run them under QEMU; trajectories must be the same bytes as the native ones
 	scripts/test_arm64.py
 
 release: package package-test wheels wheels-test arm64 arm64-test  ## build and check everything that is published

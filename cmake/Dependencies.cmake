@@ -4,7 +4,9 @@ find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenCV 4.5 REQUIRED
              COMPONENTS core imgproc imgcodecs features2d calib3d video dnn)
-find_package(Protobuf QUIET)  # which a static OpenCV is linked with
+if(NOT OpenCV_SHARED)  # the one of scripts/build_wheel_dependencies.sh
+  find_package(Protobuf REQUIRED)
+endif()
 find_package(fmt REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
@@ -50,7 +52,8 @@ if(STILLMAP_WITH_OPENVINO)
   # What reading ONNX networks and running them on the CPU, on Intel's GPUs (cache.json: tuned kernels) and
   # NPUs takes (on ARM: on the CPU); `make install` copies these.
   set(STILLMAP_OPENVINO_LIBRARIES libopenvino.so.* libopenvino_onnx_frontend.so.* libopenvino_intel_cpu_plugin.so
-      libopenvino_arm_cpu_plugin.so libopenvino_intel_gpu_plugin.so cache.json libopenvino_intel_npu_plugin.so libtbb*.so* libhwloc.so*)
+      libopenvino_arm_cpu_plugin.so libopenvino_intel_gpu_plugin.so cache.json libopenvino_intel_npu_plugin.so
+      libtbb*.so* libhwloc.so*)
   if(OpenVINO_FOUND)
     message(STATUS "OpenVINO ${OpenVINO_VERSION}: ${OpenVINO_DIR}")
   else()
@@ -60,12 +63,11 @@ endif()
 
 # ONNX Runtime is opened at run time only. Programs in the build folder find the one in the virtual environment
 # by these links.
-set(onnxruntime_files)
 if(NOT CMAKE_CROSSCOMPILING)
   file(GLOB onnxruntime_files "${STILLMAP_VENV}/lib/python3*/site-packages/onnxruntime/capi/libonnxruntime*.so*")
+  foreach(file IN LISTS onnxruntime_files)
+    cmake_path(GET file FILENAME name)
+    string(REGEX REPLACE "^libonnxruntime[.]so.*" "libonnxruntime.so.1" name "${name}")
+    file(CREATE_LINK "${file}" "${PROJECT_BINARY_DIR}/${name}" SYMBOLIC)
+  endforeach()
 endif()
-foreach(file IN LISTS onnxruntime_files)
-  cmake_path(GET file FILENAME name)
-  string(REGEX REPLACE "^libonnxruntime[.]so.*" "libonnxruntime.so.1" name "${name}")
-  file(CREATE_LINK "${file}" "${PROJECT_BINARY_DIR}/${name}" SYMBOLIC)
-endforeach()

@@ -8,7 +8,7 @@ in_clean_root() {
   local release=$1 packages=$2 mirror=http://deb.debian.org/debian keys=debian-archive-keyring.gpg areas=main
   shift 2
   case $release in
-    jammy | noble) mirror=http://archive.ubuntu.com/ubuntu keys=ubuntu-archive-keyring.gpg areas="main universe" ;;
+    noble) mirror=http://archive.ubuntu.com/ubuntu keys=ubuntu-archive-keyring.gpg areas="main universe" ;;
   esac
   if ! command -v mmdebstrap >/dev/null || [ ! -e "/usr/share/keyrings/$keys" ]; then
     echo "error: mmdebstrap or /usr/share/keyrings/$keys is missing" >&2

@@ -85,18 +85,14 @@ install_wheels() {
   printf '%s\n' "${wanted[@]}" >>"$stamp"
 }
 
-if [ "${1:-}" = --libraries ]; then
-  printf '%s\n' "${libraries[@]}" "${wheel_packages[@]}"
-  exit 0
-fi
-if [ "${1:-}" = --openvino ]; then
-  echo "${openvino[0]}"
-  exit 0
-fi
-[ "${1:-}" != --fuzz ] || packages+=("${fuzz_packages[@]}")
-[ "${1:-}" != --tools ] || packages+=("${tool_packages[@]}")
-[ "${1:-}" != --wheels ] || packages+=("${wheel_packages[@]}")
-[ "${1:-}" != --arm64 ] || packages+=("${arm64_packages[@]}")
+case ${1:-} in
+  --fuzz) packages+=("${fuzz_packages[@]}") ;;
+  --tools) packages+=("${tool_packages[@]}") ;;
+  --wheels) packages+=("${wheel_packages[@]}") ;;
+  --arm64) packages+=("${arm64_packages[@]}") ;;
+  --libraries) printf '%s\n' "${libraries[@]}" "${wheel_packages[@]}"; exit ;;
+  --openvino) echo "${openvino[0]}"; exit ;;
+esac
 mapfile -t missing < <(missing_packages)
 [ ${#missing[@]} -eq 0 ] || install_packages
 install_wheels "${openvino[@]}" || {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Uses what `make arm64` made under QEMU: the command of the Debian package and of the wheel on a rendered sequence, whose
-trajectories must be the same bytes as this computer's; the Python module; and the unit tests of the modules that compute.
+trajectories must be the same bytes as those of the native command; the Python module; and the unit tests of the modules that compute.
 
   test_arm64.py [--frames N] [--modules NAME,NAME...]
 """
@@ -18,13 +18,6 @@ ARM_ROOT = ROOT / "build" / "arm64_root"
 QEMU = ["qemu-aarch64", "-L", ARM_ROOT]
 MODULES = "base,config,geometry,inertial,recording,sensor,feature,segment,motion,map,optimize,track,loop,dense"
 SAME = ("trajectory.txt", "trajectory_live.txt", "trajectory_covariance.txt", "keyframes.txt", "movers.csv")
-MODULE_TEST = """
-import numpy as np, stillmap
-slam = stillmap.Slam(stillmap.Camera(160, 120, fx=140, fy=140, cx=80, cy=60, depth_factor=1000))
-for i in range(3):
-    slam.push(np.full((120, 160, 3), 128, np.uint8), np.full((120, 160), 2, np.float32), i / 30)
-assert len(slam.finish().trajectory) <= 3
-print("module: stillmap", stillmap.__version__)"""
 
 
 def run(*command):
@@ -49,23 +42,24 @@ def wheel_command(folder):
     with zipfile.ZipFile(the_one("wheels/stillmap-*-cp311-*_aarch64.whl")) as wheel:
         wheel.extractall(folder)
     packages = f"PYTHONPATH={folder}:{ARM_ROOT}/usr/lib/python3/dist-packages"
-    run(*QEMU, "-E", packages, "-E", f"PYTHONHOME={ARM_ROOT}/usr", ARM_ROOT / "usr/bin/python3.11", "-c", MODULE_TEST)
+    run(*QEMU, "-E", packages, "-E", f"PYTHONHOME={ARM_ROOT}/usr", ARM_ROOT / "usr/bin/python3.11",
+        "scripts/use_module.py")
     command = folder / "stillmap.scripts" / "stillmap"
     command.chmod(0o755)
     return command
 
 
 def differing_results(folder, frames):
-    """Runs the programs on the same recording; yields the results that differ from this computer's."""
+    """Runs the programs on the same recording; yields the results that differ from the native ones."""
     run(ROOT / "build/release/stillmap", "simulate", "--frames", frames, "--people", 2, "--out", folder / "sequence")
-    programs = {"this computer": [ROOT / "build/release/stillmap"],
+    programs = {"native": [ROOT / "build/release/stillmap"],
                 "package": [*QEMU, package_command(folder / "package")], "wheel": [*QEMU, wheel_command(folder / "wheel")]}
     for name, program in programs.items():
         start = time.monotonic()
         run(*program, "run", folder / "sequence", "--quiet", "--out", folder / name / "results")
         print(f"{name}: {frames} frames in {time.monotonic() - start:.1f} s", flush=True)
         for file in SAME:
-            expected = (folder / "this computer" / "results" / file).read_bytes()
+            expected = (folder / "native" / "results" / file).read_bytes()
             if (folder / name / "results" / file).read_bytes() != expected:
                 yield f"{name}: {file}"
 
@@ -77,7 +71,7 @@ def main():
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         differing = list(differing_results(Path(folder), arguments.frames))
-    print("results that differ from this computer's:", ", ".join(differing) or "none", flush=True)
+    print("results that differ from the native ones:", ", ".join(differing) or "none", flush=True)
     labels = "|".join(arguments.modules.split(","))
     tests = subprocess.run(["ctest", "--preset", "arm64", "-L", f"^({labels})$", "--timeout", "3000", "-j", "2"], cwd=ROOT,
                            check=False)

@@ -23,5 +23,5 @@ packages=("$folder"/*.deb)
 }
 in_clean_root "$release" ca-certificates \
   --customize-hook="mkdir -p \"\$1/packages\"" \
-  --customize-hook="copy-in ${packages[*]} scripts/use_packages.sh cmake/installed_package_test examples /packages" \
+  --customize-hook="copy-in ${packages[*]} scripts/use_packages.sh scripts/use_module.py cmake/installed_package_test examples /packages" \
   --customize-hook="chroot \"\$1\" bash /packages/use_packages.sh"

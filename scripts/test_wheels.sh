@@ -16,7 +16,7 @@ for pair in cp311:bookworm cp312:noble cp313:trixie; do
     echo "== $(basename "$wheel") on ${pair#*:}"
     in_clean_root "${pair#*:}" python3,python3-venv,ca-certificates \
       --customize-hook="mkdir -p \"\$1/wheels\"" \
-      --customize-hook="copy-in $wheel scripts/use_wheel.sh /wheels" \
+      --customize-hook="copy-in $wheel scripts/use_wheel.sh scripts/use_module.py /wheels" \
       --customize-hook="chroot \"\$1\" bash /wheels/use_wheel.sh /wheels/$(basename "$wheel")"
   done
 done

@@ -7,5 +7,5 @@ import sysconfig
 
 command = shutil.which("stillmap", path=sysconfig.get_path("scripts")) or shutil.which("stillmap")
 if command is None:
-    sys.exit("error: the command stillmap is not installed\n  fix: install it beside this module, or add its folder to PATH")
+    sys.exit("error: the command stillmap is not installed\n  fix: install it into the same environment, or add its folder to PATH")
 os.execv(command, [command, *sys.argv[1:]])

@@ -143,7 +143,7 @@ std::optional<Vector6d> correction(const Surface& surface, const std::vector<Sur
     if (n.dot(point.normal) < kMinCosine) continue;
     // The mean of the voxel's points is not exact either, for which one more centimeter stands.
     constexpr double kPlaneSigma = 0.01;
-    const double sigma = std::sqrt(point.sigma * point.sigma + kPlaneSigma * kPlaneSigma);
+    const double sigma = std::hypot(point.sigma, kPlaneSigma);
     const double residual = plane->normal.dot(p_world - plane->point);
     const double excess = std::abs(residual) / (kHuber * sigma);
     const double weight = (excess > 1 ? 1 / excess : 1) / (sigma * sigma);

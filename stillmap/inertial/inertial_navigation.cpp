@@ -95,8 +95,7 @@ void InertialNavigation::propagate(std::span<const ImuSample> samples, double ti
   drift(way.norm());
 }
 
-/// Returns whether the newest accelerations are those of a camera near the earth's surface in
-/// m/s^2.
+/// Returns whether the newest accelerations can be of a camera near the earth's surface, in m/s^2.
 bool InertialNavigation::is_plausible() const {
   return std::abs(mean_acceleration_.norm() - kStandardGravity) <= kLargestDifference;
 }

@@ -96,7 +96,7 @@ EndToEndShape recognize_end_to_end(const std::vector<std::string>& names,
   std::string list;
   for (std::size_t i = 0; i < names.size(); ++i)
     list += fmt::format(" {} [{}]", names[i], fmt::join(shapes[i], ", "));
-  throw Error("the outputs are neither those of RF-DETR nor those of RTMDet:" + list, where,
+  throw Error("the outputs fit neither RF-DETR nor RTMDet:" + list, where,
               "export RF-DETR with `model.export()` (rfdetr), or RTMDet with MMDeploy for ONNX "
               "Runtime");
 }
@@ -149,10 +149,9 @@ bool EndToEndDetector::fits(const Network& network) {
 }
 
 EndToEndDetector::EndToEndDetector(Network network)
-    : network_(std::move(network)),
+    : NetworkDetector(std::move(network)),
       shape_(recognize_end_to_end(network_.output_names(), network_.output_shapes(),
-                                  network_.options().model)),
-      class_names_(network_.class_names()) {
+                                  network_.options().model)) {
   if (shape_.queries) {
     const auto columns = network_.output_shapes()[shape_.labels][2];
     class_names_ = names_of_columns(std::move(class_names_), static_cast<std::size_t>(columns),
@@ -168,10 +167,6 @@ std::vector<Instance> EndToEndDetector::detect(const RgbdFrame& frame) {
       shape_.queries ? Letterbox::stretched(image, input) : Letterbox::in_corner(image, input);
   const auto& outputs = network_.run_on(frame.color, letterbox, imagenet_format(!shape_.queries));
   return decode_end_to_end(outputs, shape_, letterbox, network_.options().confidence, class_names_);
-}
-
-std::string EndToEndDetector::description() const {
-  return network_.description(gives_masks() ? "masks" : "boxes", class_names_.size());
 }
 
 }  // namespace stillmap

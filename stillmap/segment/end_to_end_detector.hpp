@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/segment/network.hpp"
+#include "stillmap/segment/network_detector.hpp"
 #include "stillmap/segment/yolo_decoder.hpp"
 
 #include <optional>
@@ -13,7 +13,7 @@ namespace stillmap {
 /// need no non-maximum suppression.
 ///
 /// **RF-DETR** (github.com/roboflow/rf-detr, docs/exports/onnx.md and issue 401): `dets` [1,
-/// queries, 4] is center x, center y, width and height of the boxes, divided by those of the input;
+/// queries, 4] is center x, center y, width and height of the boxes, relative to the input's size;
 /// `labels` [1, queries, columns] are logits of the classes, each with its own sigmoid; `masks` [1,
 /// queries, height, width] are logits for the whole image. The input is RGB with ImageNet's mean
 /// and standard deviation; the image fills it with another aspect ratio.
@@ -31,8 +31,8 @@ struct EndToEndShape {
   std::optional<std::size_t> masks;
 };
 
-/// Finds the outputs by their names. Throws Error (naming `where`) if their shapes are not those of
-/// RF-DETR or RTMDet.
+/// Finds the outputs by their names. Throws Error (naming `where`) if their shapes fit neither
+/// RF-DETR nor RTMDet.
 EndToEndShape recognize_end_to_end(const std::vector<std::string>& names,
                                    const std::vector<std::vector<std::int64_t>>& shapes,
                                    const std::string& where);
@@ -52,24 +52,18 @@ std::vector<Instance> decode_end_to_end(std::span<const TensorView> outputs,
 
 /// An RF-DETR, RTMDet or RTMDet-Ins network. Class names are read from the metadata; without them,
 /// they are COCO's.
-class EndToEndDetector final : public Detector {
+class EndToEndDetector final : public NetworkDetector {
  public:
   /// Returns whether there are outputs `dets` and `labels`.
   static bool fits(const Network& network);
-  /// Throws Error if the outputs or the number of classes are not those of such a network.
+  /// Throws Error if the outputs or the number of classes do not fit such a network.
   explicit EndToEndDetector(Network network);
 
   std::vector<Instance> detect(const RgbdFrame& frame) override;
-  std::string description() const override;
-  std::optional<InferenceInfo> inference() const override { return network_.inference(); }
-  bool immediate() const override { return network_.immediate(); }
   bool gives_masks() const override { return shape_.masks.has_value(); }
-  const std::vector<std::string>& class_names() const override { return class_names_; }
 
  private:
-  Network network_;
   EndToEndShape shape_;
-  std::vector<std::string> class_names_;
 };
 
 }  // namespace stillmap

@@ -215,8 +215,8 @@ TEST_P(RtmDet, IgnoresClassesThatItDoesNotHave) {
   EXPECT_EQ(found[0].class_name, "person");
 }
 
-// Score of detection 0: that of the blue channel, and of detection 1: of the red one. Half of the
-// input is gray (114).
+// The blue channel gives the score of detection 0, the red one the score of detection 1. Half of
+// the input is gray (114).
 TEST_P(RtmDet, GetsItsImageInBgrAndGrayAround) {
   dets.bias[4] = dets.bias[9] = 0.5F;
   dets.weights[static_cast<std::size_t>(3 * 4)] = 57.375F / 100;
@@ -258,7 +258,7 @@ TEST_P(RtmDet, AClassNumberOfTheMetadataHasItsName) {
 TEST_P(RtmDet, OtherShapesAreAnErrorThatListsThem) {
   dets = constant_output("dets", {1, 3, 6}, std::vector<float>(18));
   EXPECT_THAT(error_of({dets, labels}),
-              testing::HasSubstr("neither those of RF-DETR nor those of RTMDet: dets [1, 3, 6] "
+              testing::HasSubstr("the outputs fit neither RF-DETR nor RTMDet: dets [1, 3, 6] "
                                  "labels [1, 3]"));
   const auto queries = constant_output("dets", {1, 3, 4}, std::vector<float>(12));
   EXPECT_THAT(error_of({queries, labels}), testing::HasSubstr("dets [1, 3, 4] labels [1, 3]"));

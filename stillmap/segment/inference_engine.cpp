@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kInstallOpenVino =
     "run scripts/install_dependencies.sh in the source folder, then build and install again";
 constexpr const char* kInstallOnnxRuntime =
-    "pip install onnxruntime, in the active environment or that of this program";
+    "pip install onnxruntime, in the active environment or the one with this program";
 
 using EnginePtr = std::unique_ptr<InferenceEngine>;
 using Names = std::vector<std::string>;

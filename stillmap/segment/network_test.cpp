@@ -109,7 +109,7 @@ TEST_P(WrongNetwork, WrongInput) {
 
 TEST_P(WrongNetwork, WrongOutputs) {
   EXPECT_THAT(error_of(test::tiny_model("Relu", {1, 3, 8, 8}, {1, 3, 8, 8})),
-              testing::HasSubstr("the outputs are not those of a YOLOv7, YOLOv8"));
+              testing::HasSubstr("the outputs fit no YOLOv7, YOLOv8"));
 }
 
 TEST_P(WrongNetwork, WrongElements) {
@@ -193,7 +193,7 @@ TEST(SlowerEngine, NamesWhatThisBuildCanUse) {
   EXPECT_NE(python->problem().find("runs on OpenCV 4.6.0 on the CPU, since ONNX Runtime"),
             std::string::npos);
   EXPECT_EQ(python->fix(),
-            "pip install onnxruntime, in the active environment or that of this program");
+            "pip install onnxruntime, in the active environment or the one with this program");
   EXPECT_FALSE(slower_engine("ONNX Runtime 1.20.0 on the CPU", false)) << "the fastest it has";
   const auto command = slower_engine("ONNX Runtime 1.20.0 on the CPU", true);
   ASSERT_TRUE(command);

@@ -196,8 +196,7 @@ bool SemanticDetector::fits(const Network& network) {
          shapes[0][0] == 1 && shapes[0][3] > 1 && shapes[0][3] <= kMostClasses;
 }
 
-SemanticDetector::SemanticDetector(Network network)
-    : network_(std::move(network)), class_names_(network_.class_names()) {
+SemanticDetector::SemanticDetector(Network network) : NetworkDetector(std::move(network)) {
   const auto classes = static_cast<std::size_t>(network_.output_shapes()[0][3]);
   if (class_names_.empty()) class_names_ = voc_class_names();
   if (class_names_.size() != classes) {
@@ -240,10 +239,6 @@ std::vector<Instance> SemanticDetector::detect(const RgbdFrame& frame) {
     return a.confidence > b.confidence;
   });
   return instances;
-}
-
-std::string SemanticDetector::description() const {
-  return network_.description("masks", class_names_.size());
 }
 
 }  // namespace stillmap

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/segment/network.hpp"
+#include "stillmap/segment/network_detector.hpp"
 #include "stillmap/segment/small_frame.hpp"
 
 #include <optional>
@@ -23,7 +23,7 @@ std::vector<cv::Mat1b> split_by_depth(const cv::Mat1b& mask, const cv::Mat1f& de
 /// DeepLabV3 as published for TensorFlow, with the input 1 x height x width x 3 (RGB, -1 to 1) and
 /// one output 1 x height x width x classes. Class 0 is the background. Without class names in the
 /// metadata, 21 classes are assumed to be those of Pascal VOC.
-class SemanticDetector final : public Detector {
+class SemanticDetector final : public NetworkDetector {
  public:
   /// Returns whether input and outputs are those of such a network.
   static bool fits(const Network& network);
@@ -31,14 +31,6 @@ class SemanticDetector final : public Detector {
   explicit SemanticDetector(Network network);
 
   std::vector<Instance> detect(const RgbdFrame& frame) override;
-  std::string description() const override;
-  std::optional<InferenceInfo> inference() const override { return network_.inference(); }
-  bool immediate() const override { return network_.immediate(); }
-  const std::vector<std::string>& class_names() const override { return class_names_; }
-
- private:
-  Network network_;
-  std::vector<std::string> class_names_;
 };
 
 }  // namespace stillmap

@@ -162,8 +162,8 @@ cv::Mat above_between(const cv::Mat1f& samples, const Steps& columns, const Step
   std::string list;
   for (const auto& shape : shapes) list += fmt::format(" [{}]", fmt::join(shape, ", "));
   throw Error(
-      "the outputs are not those of a YOLOv7, YOLOv8, YOLO11 or YOLOX network, nor of DeepLabV3, "
-      "RF-DETR or RTMDet:" +
+      "the outputs fit no YOLOv7, YOLOv8, YOLO11 or YOLOX network, nor DeepLabV3, RF-DETR or "
+      "RTMDet:" +
           list,
       where, export_advice());
 }

@@ -121,7 +121,7 @@ std::vector<Candidate> read_raw_candidates(std::span<const TensorView> outputs,
 
 /// Returns the mask of one candidate inside `box` (pixels of the full image): the prototypes
 /// weighted by the candidate's coefficients, interpolated bilinearly, 255 where the sum is above
-/// `threshold` (that of logits is 0: sigmoid above one half). 8UC1 of the box's size.
+/// `threshold` (0 for logits: sigmoid above one half). 8UC1 of the box's size.
 cv::Mat assemble_mask(const TensorView& prototypes, std::span<const float> coefficients,
                       const Letterbox& letterbox, const cv::Rect& box, float threshold = 0);
 

@@ -15,8 +15,7 @@ std::vector<std::string> numbered_names(int classes) {
 }  // namespace
 
 YoloDetector::YoloDetector(Network network)
-    : network_(std::move(network)),
-      class_names_(network_.class_names()),
+    : NetworkDetector(std::move(network)),
       decode_{.confidence = network_.options().confidence, .iou = network_.options().iou} {
   const std::string& file = network_.options().model;
   format_.channels_last = network_.channels_last();
@@ -41,10 +40,6 @@ std::vector<Instance> YoloDetector::detect(const RgbdFrame& frame) {
   const Letterbox letterbox(frame.color.size(), input_size());
   return decode_yolo(network_.run_on(frame.color, letterbox, format_), shape_, letterbox, decode_,
                      class_names_);
-}
-
-std::string YoloDetector::description() const {
-  return network_.description(segments() ? "masks" : "boxes", class_names_.size());
 }
 
 }  // namespace stillmap

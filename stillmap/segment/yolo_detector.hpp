@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include "stillmap/segment/network.hpp"
+#include "stillmap/segment/network_detector.hpp"
 #include "stillmap/segment/yolo_decoder.hpp"
 
 #include <optional>
@@ -11,17 +11,13 @@ namespace stillmap {
 
 /// A YOLO network (v7, v8, 11, X and others, see recognize_yolo()) for detection or segmentation.
 /// Class names are read from the metadata; without them, 80 classes are assumed to be COCO's.
-class YoloDetector final : public Detector {
+class YoloDetector final : public NetworkDetector {
  public:
   /// Throws Error if the outputs are not those of such a network.
   explicit YoloDetector(Network network);
   explicit YoloDetector(const SegmentOptions& options) : YoloDetector(Network(options)) {}
 
   std::vector<Instance> detect(const RgbdFrame& frame) override;
-  std::string description() const override;
-  std::optional<InferenceInfo> inference() const override { return network_.inference(); }
-  bool immediate() const override { return network_.immediate(); }
-  const std::vector<std::string>& class_names() const override { return class_names_; }
 
   /// Returns the detections before their boxes are widened to whole pixels: boxes in the network's
   /// input, see Letterbox. `color` is 8UC3 BGR.
@@ -34,8 +30,6 @@ class YoloDetector final : public Detector {
   bool gives_masks() const override { return segments(); }
 
  private:
-  Network network_;
-  std::vector<std::string> class_names_;
   PixelFormat format_;
   YoloShape shape_;
   DecodeOptions decode_;

@@ -14,8 +14,8 @@ namespace stillmap {
 /// @param run  identity of the run in the last words of MQTT, see mqtt_delivery()
 Deliver delivery_to(const EventAddress& address, const std::string& run);
 
-/// Returns the file of trusted certificates: that of SSL_CERT_FILE, or the first that exists of
-/// those of Debian, Fedora and openSUSE.
+/// Returns the file of trusted certificates: SSL_CERT_FILE if it is set, otherwise the first that
+/// exists of the usual files of Debian, Fedora and openSUSE.
 std::string certificate_file();
 inline constexpr const char* kCertificateAdvice =
     "install the package ca-certificates, or name a file by SSL_CERT_FILE";
