@@ -397,7 +397,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("there is no frame 10\n  fix: the last one is 9", done.stderr)
         drawn = sorted(file.name for file in (out / "figures").iterdir())
         frames = [f"{frame:06}_{kind}.png" for frame in (3, 6) for kind in ("depth", "flow", "keypoints", "objects")]
-        self.assertEqual(drawn, frames + ["dense_map.png", "sparse_map.png"])
+        self.assertEqual(drawn, frames + ["sparse_map.png"])
         gated = self.folder / "gated_figures"
         self.succeeded(stillmap("run", self.sequence, "--preset", "gated-seg", "--masks", self.sequence / "mask", "--figures", 3, "--out", gated))
         self.assertGreater(json.loads((gated / "summary.json").read_text())["refinement"]["repeated_erased"], 0)

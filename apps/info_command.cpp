@@ -58,7 +58,7 @@ int run(const InfoArguments& arguments) {
   for (const std::string& note : source->notes()) print_out("{}\n", note);
   if (!recorded) print_camera(source->camera());  // of a recording, a note tells it
   print_out("frames: {}\n", source->size().value_or(0));
-  return kSuccess;
+  return print_findings(source->findings());
 }
 
 }  // namespace

@@ -150,7 +150,8 @@ int record(const RecordArguments& arguments) {
   writer.finish();
   print_out("{}: {}, {} skipped\n{}", arguments.out, counted(frames, "frame"),
             source->skipped().size(), kept_text(writer.camera()));
-  std::vector<Finding> findings = check.findings();
+  std::vector<Finding> findings = source->findings();
+  append(check.findings(), findings);
   const std::size_t skipped = source->skipped().size();
   if (are_many_unusable(skipped, frames + skipped)) {
     findings.push_back(

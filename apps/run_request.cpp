@@ -260,7 +260,8 @@ Session session_of(const RunRequest& request, const Options& options) {
   check_save_map(request.save_map, request.force);
   Session session;
   session.options = options;
-  session.findings = unused_settings(request, options);
+  session.findings = source->findings();
+  append(unused_settings(request, options), session.findings);
   session.parameters = parameters_of(options);
   session.outputs = request.outputs;
   session.outputs.save_map = request.save_map;

@@ -12,22 +12,11 @@
 #include "stillmap/pipeline/paced_source.hpp"
 #include "stillmap/pipeline/prefetch.hpp"
 #include "stillmap/pipeline/run_findings.hpp"
-#include "stillmap/pipeline/run_journal.hpp"
-#include "stillmap/pipeline/slam_parameters.hpp"
-#include "stillmap/report/figure_recorder.hpp"
-#include "stillmap/report/gallery.hpp"
-#include "stillmap/report/live_trajectory.hpp"
-#include "stillmap/report/obstacle_files.hpp"
 #include "stillmap/sensor/frame_check.hpp"
-#include "stillmap/view/live_view.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "interrupt.hpp"
 #include "progress.hpp"
-#include "warning_recorder.hpp"
+#include "run_sinks.hpp"
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -35,174 +24,120 @@ namespace {
 
 constexpr int kReadAhead = 4;  // number of frames decoded in advance
 
-/// Recorders of single frames.
-struct Recorders {
-  LiveTrajectory live;
-  std::optional<LiveObstacles> obstacles;  // none: there are no files for planners
-  LabelRecorder labels;
-  FigureRecorder figures;
-  std::unique_ptr<WarningRecorder> warnings;  // null: there are no rules
-  LiveView* view = nullptr;                   // null: the run is not shown
-  bool has_network = false;                   // whether there are masks of a network or a folder
-  std::optional<RunJournal> journal = {};     // none: the run keeps no journal
+/// Source of the frames of a run, as fast as they are wanted.
+struct Delivery {
+  std::unique_ptr<FrameSource> source;
+  const PacedSource* paced = nullptr;  ///< Part of the source; null if it drops no late frames.
 };
 
-/// Passes all frames to the system, and collects example images and motion labels.
-void drive(SlamSystem& slam, FrameSource& source, std::optional<std::size_t> total_frames,
-           Recorders& recorders, RunRecord& record) {
-  Gallery gallery(total_frames);
+/// Takes the source of a session. A recording is read in advance, and in realtime at its own rate.
+Delivery take_source(Session& session) {
+  const bool realtime = session.options.realtime();
+  const bool paced = realtime && !session.live;
+  Delivery delivery{std::move(session.source)};
+  std::unique_ptr<FrameSource>& source = delivery.source;
+  if (paced) source = std::make_unique<TimelySource>(std::move(source));
+  if (!session.live_camera) {
+    source = std::make_unique<Prefetch>(std::move(source), kReadAhead,
+                                        realtime ? ThreadPriority::kNone : ThreadPriority::kMap);
+  }
+  if (paced) {
+    auto wrapped = std::make_unique<PacedSource>(std::move(source));
+    delivery.paced = wrapped.get();
+    source = std::move(wrapped);
+  }
+  return delivery;
+}
+
+/// Passes all frames to the system and the sinks.
+void push_all(FrameSource& source, SlamSystem& slam, const RunSinks& sinks, const Session& session,
+              RunRecord& record) {
   FrameCheck check(source.camera());
-  Progress progress("mapping", total_frames);
+  Progress progress("mapping", session.total_frames);
   while (!interrupted()) {
     const RgbdFramePtr frame = source.next();
     if (!frame) break;
     check.add(*frame);
     const bool posed = slam.push(frame).has_value();
-    if (posed && !record.first_pose_seconds) record.first_pose_seconds = seconds_since_start();
+    if (posed && !record.first_pose_seconds)
+      record.first_pose_seconds = seconds_since_start() - session.begun;
     ++record.frames;
-    recorders.live.add(*slam.newest());
-    if (recorders.obstacles) {
-      const std::vector<Mover> movers = slam.movers();
-      recorders.obstacles->add(frame->timestamp, slam.newest()->T_world_filtered(), movers,
-                               slam.movers_time());
-    }
-    traced("gallery", [&] { gallery.record(*slam.newest()); });
-    traced("motion labels", [&] { recorders.labels.record(*slam.newest()); });
-    traced("figures", [&] { recorders.figures.record(*slam.newest()); });
-    if (recorders.warnings)
-      recorders.warnings->add_newest(slam, source.camera(), recorders.has_network);
-    if (recorders.view != nullptr) recorders.view->add_newest();
-    if (recorders.journal) recorders.journal->add_newest();
+    traced("outputs", [&] {
+      for (const auto& sink : sinks) sink->on_frame(slam);
+    });
     progress.step(slam.newest()->state == TrackState::kLost ? "lost" : "");
   }
   record.interrupted = interrupted();
-  record.gallery = gallery.take();
   const std::vector<Finding> found = check.findings();
   // All frames show the depth factor better than the few images read before the run.
   if (!found.empty())
     std::erase_if(record.findings, [](const auto& f) { return f.code == "depth-factor"; });
   append(found, record.findings);
+  for (const auto& sink : sinks) sink->on_last_frame(record);
 }
 
-/// Opens the journal of the run in its folder.
-void open_journal(const Session& session, SlamSystem& slam, Recorders& recorders,
-                  ResultFolder& folder) {
-  const JournalHeading heading{"stillmap " STILLMAP_VERSION, session.sequence,
-                               machine_description(), options_yaml(session.options)};
-  folder.write(kRunJournal, [&](const std::filesystem::path& file) {
-    recorders.journal.emplace(slam, file, heading);
-  });
-}
-
-/// Returns what the user told of the ground.
-GroundHints ground_hints(const Session& session) {
-  GroundHints hints{.rules_up = std::nullopt, .floor = session.outputs.dense.floor};
-  if (session.rules && session.rules->up_is_given) hints.rules_up = session.rules->up;
-  return hints;
-}
-
-/// Runs the system on the sequence and returns its record without the evaluation.
-/// @param server  shows the run; null: it is not shown
-void map_sequence(Session& session, ViewServer* server, Recorders& recorders, ResultFolder& folder,
-                  RunRecord& record) {
-  const Camera camera = session.source->camera();
-  const bool realtime = record.options.realtime();
-  std::unique_ptr<FrameSource> source = std::move(session.source);
-  const bool paced_reading = realtime && !session.live;
-  if (paced_reading) source = std::make_unique<TimelySource>(std::move(source));
-  if (!session.live_camera) {
-    source = std::make_unique<Prefetch>(std::move(source), kReadAhead,
-                                        realtime ? ThreadPriority::kNone : ThreadPriority::kMap);
-  }
-  PacedSource* paced = nullptr;
-  if (paced_reading) {
-    auto wrapped = std::make_unique<PacedSource>(std::move(source));
-    paced = wrapped.get();
-    source = std::move(wrapped);
-  }
-  const Stopwatch watch;
-  SlamSystem slam(camera, session.parameters, std::move(session.detector),
-                  std::move(session.start));
-  std::optional<LiveView> view;
-  if (server) {
-    view.emplace(slam, *server, session.sequence, camera, session.total_frames,
-                 ground_hints(session));
-  }
-  recorders.view = view ? &*view : nullptr;
-  open_journal(session, slam, recorders, folder);
-  if (recorders.warnings && (realtime || session.live)) recorders.warnings->watch_for_silence();
-  drive(slam, *source, session.total_frames, recorders, record);
-  if (record.first_pose_seconds) *record.first_pose_seconds -= session.begun;
-  if (recorders.warnings) {
-    recorders.warnings->finish();
-    record.warnings = recorders.warnings->told();
-  }
-  if (recorders.journal) recorders.journal->flush();
-  recorders.journal.reset();
-  {
-    const ProgressStep step("correcting the map and making its cloud");
-    record.result = slam.finish();
-  }
-  if (view) view->show_results(record.result);
-  record.seconds = watch.milliseconds() / 1000;
-  record.mapping_memory_mib = peak_memory_mib();
-  if (!session.outputs.save_map.empty() || !session.outputs.figures.empty() ||
-      record.options.dense.enabled)
-    record.map = slam.saved_map("stillmap " STILLMAP_VERSION);
-  record.skipped = source->skipped();
-  if (paced != nullptr) record.dropped = paced->dropped();
-  append(run_findings(record), record.findings);
-}
-
-/// Does as map_sequence(). If it throws, tells how the results so far are saved.
-void map_or_tell(Session& session, ViewServer* server, Recorders& recorders, ResultFolder& folder,
-                 RunRecord& record) {
+/// Does as push_all(). If it throws, tells how the results so far are saved.
+void push_or_tell(FrameSource& source, SlamSystem& slam, const RunSinks& sinks,
+                  const Session& session, RunRecord& record) {
   try {
-    map_sequence(session, server, recorders, folder, record);
+    push_all(source, slam, sinks, session, record);
   } catch (...) {
-    if (recorders.warnings) recorders.warnings->finish();
+    for (const auto& sink : sinks) sink->on_failure();
     if (record.frames > 0) {
       print_error("stillmap: the run ends early; `stillmap recover {}` writes its results so far\n",
-                  folder.path().string());
+                  session.out.string());
     }
     throw;
   }
 }
 
-/// Returns the recorder of the warnings; null without rules.
-/// @param server  shows the warnings; null: it does not
-std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, ViewServer* server,
-                                                  ResultFolder& folder) {
-  if (!session.rules) return nullptr;
-  std::function<void(const nlohmann::json&)> show;
-  if (server != nullptr) {
-    show = [server](const nlohmann::json& message) { server->board().publish(message); };
-    show(points_message(*session.rules));
+/// Returns what is known of a run before its first frame.
+RunRecord begun_record(const Session& session) {
+  RunRecord record;
+  record.sequence = session.sequence;
+  record.recording = session.recording;
+  record.machine = machine_description();
+  record.options = session.options;
+  record.truth = session.truth;
+  record.loaded = session.loaded;
+  record.findings = session.findings;
+  if (session.detector) {
+    record.detector = session.detector->description();
+    record.detector_gives_boxes_only = !session.detector->gives_masks();
   }
-  auto recorder = std::make_unique<WarningRecorder>(
-      *session.rules, folder,
-      WarningOutputs{.show = std::move(show), .lines = session.event_lines});
-  recorder->send_events();
-  return recorder;
+  return record;
 }
 
-/// Returns the finding that the zones stand tilted, since their upward direction was not given and
-/// the floor of the run shows another one; none if there is none.
-std::optional<Finding> tilted_zones(const WarningRules& rules, const RunRecord& record) {
-  constexpr double kTolerated = 10;  // [degrees]
-  if (rules.up_is_given) return std::nullopt;
-  const Ground ground = displayed_ground(record.result.trajectory, record.result.dense.cloud);
-  const double angle =
-      std::acos(std::clamp(rules.up.dot(ground.up), -1.0, 1.0)) * 180 / std::numbers::pi;
-  if (ground.source != UpSource::kFloor || angle < kTolerated) return std::nullopt;
-  return make_finding(
-      "zones-tilted",
-      fmt::format("the rules have no upward direction, so the camera was taken to start level, but "
-                  "the floor is tilted by {:.0f} degrees",
-                  angle),
-      fmt::format("add the line 'up: [{:.3f}, {:.3f}, {:.3f}]' to the file of --zones",
-                  ground.up.x(), ground.up.y(), ground.up.z()),
-      {{"tilt_deg", angle}});
+/// Maps the sequence, and evaluates the trajectory.
+/// @param server  shows the run; null: it is not shown
+RunRecord map_sequence(Session& session, ViewServer* server, ResultFolder& folder) {
+  RunRecord record = begun_record(session);
+  const Delivery delivery = take_source(session);
+  const Stopwatch watch;
+  const bool has_network = session.detector != nullptr;
+  SlamSystem slam(delivery.source->camera(), session.parameters, std::move(session.detector),
+                  std::move(session.start));
+  const RunSinks sinks = sinks_of(session, slam, folder, server, has_network);
+  push_or_tell(*delivery.source, slam, sinks, session, record);
+  {
+    const ProgressStep step("correcting the map and making its cloud");
+    record.result = slam.finish();
+  }
+  record.seconds = watch.milliseconds() / 1000;
+  record.mapping_memory_mib = peak_memory_mib();
+  if (!session.outputs.save_map.empty() || !session.outputs.figures.empty() ||
+      record.options.dense.enabled)
+    record.map = slam.saved_map("stillmap " STILLMAP_VERSION);
+  record.skipped = delivery.source->skipped();
+  if (delivery.paced != nullptr) record.dropped = delivery.paced->dropped();
+  append(run_findings(record), record.findings);
+  evaluate_run(record);
+  if (record.truth)
+    append(truth_findings(*record.truth, record.result.trajectory, session.names), record.findings);
+  traced("outputs", [&] {
+    for (const auto& sink : sinks) sink->on_results(record);
+  });
+  return record;
 }
 
 /// Returns the events of a run and the computing times of its stages.
@@ -240,45 +175,12 @@ RunRecord run_session(Session session) {
   Trace trace;
   const double cpu_before = process_cpu_ms();
   const TraceBinding binding(session.outputs.profile ? &trace.add_track("camera") : nullptr);
-
-  RunRecord record;
-  record.sequence = session.sequence;
-  record.recording = session.recording;
-  record.machine = machine_description();
-  record.options = session.options;
-  record.truth = std::move(session.truth);
-  record.loaded = session.loaded;
-  record.findings = session.findings;
-  if (session.detector) {
-    record.detector = session.detector->description();
-    record.detector_gives_boxes_only = !session.detector->gives_masks();
-  }
   // Pages stay connected until the files are written.
   const std::unique_ptr<ViewServer> server = std::move(session.view);
-  Recorders recorders{
-      LiveTrajectory(folder),
-      session.outputs.dense.planner
-          ? std::optional<LiveObstacles>(std::in_place, folder, session.outputs.dense.floor)
-          : std::nullopt,
-      LabelRecorder(session.outputs.labels, folder),
-      FigureRecorder(session.outputs.figures, session.options.dense.excluded_classes, folder),
-      warning_recorder(session, server.get(), folder),
-      nullptr,
-      session.detector != nullptr,
-      {}};
-  map_or_tell(session, server.get(), recorders, folder, record);
+  RunRecord record = map_sequence(session, server.get(), folder);
   if (record.interrupted && !session.quiet)
     print_out("interrupted after {}; the results so far are saved\n",
               counted(record.frames, "frame"));
-
-  evaluate_run(record);
-  if (record.truth) {
-    append(truth_findings(*record.truth, record.result.trajectory, session.names), record.findings);
-  }
-  if (session.rules) {
-    if (auto finding = tilted_zones(*session.rules, record))
-      record.findings.push_back(*std::move(finding));
-  }
   folder.make_room_by(kRunJournal);
   traced("files", [&] {
     const ProgressStep step("writing the files");
@@ -286,9 +188,6 @@ RunRecord run_session(Session session) {
   });
   if (!session.quiet) print_out("{}", run_summary_text(record));
   if (session.verbose) print_out("{}", details_text(record));
-  if (recorders.warnings) append(recorders.warnings->findings(), record.findings);
-  recorders.labels.finish();
-  traced("figures", [&] { recorders.figures.finish(record); });
   if (session.outputs.profile)
     print_out("{}", write_profile(trace, process_cpu_ms() - cpu_before, folder));
   remove_journal(record.options, folder);

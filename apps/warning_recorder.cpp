@@ -5,9 +5,13 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/base/print.hpp"
+#include "stillmap/view/ground.hpp"
 #include "stillmap/warn/event_delivery.hpp"
 #include "stillmap/warn/zone_view.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,11 +30,30 @@ double depth_share(const cv::Mat& depth) {
   return all == 0 ? 0 : static_cast<double>(known) / static_cast<double>(all);
 }
 
+/// Returns the finding that the zones stand tilted, since their upward direction was not given and
+/// the floor of the run shows another one; none if there is none.
+std::optional<Finding> tilted_zones(const WarningRules& rules, const SlamResult& result) {
+  constexpr double kTolerated = 10;  // [degrees]
+  if (rules.up_is_given) return std::nullopt;
+  const Ground ground = displayed_ground(result.trajectory, result.dense.cloud);
+  const double angle =
+      std::acos(std::clamp(rules.up.dot(ground.up), -1.0, 1.0)) * 180 / std::numbers::pi;
+  if (ground.source != UpSource::kFloor || angle < kTolerated) return std::nullopt;
+  return make_finding(
+      "zones-tilted",
+      fmt::format("the rules have no upward direction, so the camera was taken to start level, but "
+                  "the floor is tilted by {:.0f} degrees",
+                  angle),
+      fmt::format("add the line 'up: [{:.3f}, {:.3f}, {:.3f}]' to the file of --zones",
+                  ground.up.x(), ground.up.y(), ground.up.z()),
+      {{"tilt_deg", angle}});
+}
+
 }  // namespace
 
 WarningRecorder::WarningRecorder(const WarningRules& rules, ResultFolder& folder,
-                                 WarningOutputs outputs)
-    : monitor_(rules), outputs_(std::move(outputs)) {
+                                 WarningOutputs outputs, bool has_network)
+    : monitor_(rules), outputs_(std::move(outputs)), has_network_(has_network) {
   folder.write_text(kRunRules, rules_yaml(rules));
   folder.write(kRunWarnings, [&](const std::filesystem::path& file) {
     write_file(file, "");
@@ -59,15 +82,15 @@ void WarningRecorder::watch_for_silence() {
 
 /// Returns the age of the network's result [s]. Before the first it is the time since the first
 /// frame.
-double WarningRecorder::mask_age(const FrameRecord& record, bool has_network) {
+double WarningRecorder::mask_age(const FrameRecord& record) {
   if (!first_) first_ = record.timestamp;
   if (previous_ > 0) frame_time_ = record.timestamp - previous_;
   previous_ = record.timestamp;
-  if (!has_network) return 0;
+  if (!has_network_) return 0;
   return record.mask_age < 0 ? record.timestamp - *first_ : record.mask_age * frame_time_;
 }
 
-void WarningRecorder::add_newest(SlamSystem& slam, const Camera& camera, bool has_network) {
+void WarningRecorder::on_frame(SlamSystem& slam) {
   const FrameRecord& newest_record = slam.newest_record();
   const TrackedFrame& newest = *slam.newest();
   const cv::Mat1f& depth = newest.frame->image->depth;
@@ -83,12 +106,12 @@ void WarningRecorder::add_newest(SlamSystem& slam, const Camera& camera, bool ha
   {
     const std::unique_lock lock(mutex_);
     newest_ = std::chrono::steady_clock::now();
-    frame.mask_age = mask_age(newest_record, has_network);
+    frame.mask_age = mask_age(newest_record);
     frame.movers_age = frame.timestamp - slam.movers_time().value_or(*first_);
   }
   if (frame.T_world_camera) {
     for (const Zone& zone : monitor_.rules().zones)
-      frame.zones_seen.push_back(seen_share(zone, camera, *frame.T_world_camera, depth));
+      frame.zones_seen.push_back(seen_share(zone, slam.camera(), *frame.T_world_camera, depth));
   }
   for (const Mover& mover : movers) {
     frame.movers.push_back({.id = mover.id,
@@ -105,6 +128,17 @@ void WarningRecorder::add_newest(SlamSystem& slam, const Camera& camera, bool ha
 void WarningRecorder::add(const WatchedFrame& frame) {
   const std::unique_lock lock(mutex_);
   record(monitor_.update(frame));
+}
+
+void WarningRecorder::on_last_frame(RunRecord& record) {
+  finish();
+  record.warnings = told_;
+  append(findings_, record.findings);
+}
+
+void WarningRecorder::on_results(RunRecord& record) {
+  if (auto finding = tilted_zones(monitor_.rules(), record.result))
+    record.findings.push_back(*std::move(finding));
 }
 
 void WarningRecorder::finish() {

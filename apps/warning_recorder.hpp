@@ -4,6 +4,7 @@
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/report/run_folder.hpp"
+#include "stillmap/report/run_sink.hpp"
 #include "stillmap/view/access_rules.hpp"
 #include "stillmap/warn/event_sender.hpp"
 #include "stillmap/warn/warning_monitor.hpp"
@@ -35,13 +36,15 @@ struct WarningOutputs {
 /// Evaluates the rules of --zones in each frame of a run. Each event is written at once: to
 /// events.jsonl, to standard output, and to the receivers of the rules. The rules are kept beside
 /// the events.
-class WarningRecorder {
+class WarningRecorder final : public RunSink {
  public:
   /// Time without a frame after which a run says that nothing is known.
   static constexpr std::chrono::milliseconds kSilence{1000};
 
-  WarningRecorder(const WarningRules& rules, ResultFolder& folder, WarningOutputs outputs);
-  ~WarningRecorder();
+  /// @param has_network  whether there are masks to come
+  WarningRecorder(const WarningRules& rules, ResultFolder& folder, WarningOutputs outputs,
+                  bool has_network = false);
+  ~WarningRecorder() override;
   WarningRecorder(const WarningRecorder&) = delete;
   WarningRecorder& operator=(const WarningRecorder&) = delete;
 
@@ -51,8 +54,13 @@ class WarningRecorder {
   void watch_for_silence();
 
   /// Evaluates the frame pushed last. In lockstep this waits for its movers.
-  /// @param has_network  whether there are masks to come
-  void add_newest(SlamSystem& slam, const Camera& camera, bool has_network);
+  void on_frame(SlamSystem& slam) override;
+  /// Calls finish(), and adds all announced events to the record, and a finding for each receiver
+  /// that got none.
+  void on_last_frame(RunRecord& record) override;
+  void on_failure() override { finish(); }
+  /// Adds the finding that the zones stand tilted, if the floor says so.
+  void on_results(RunRecord& record) override;
   /// Evaluates a frame.
   void add(const WatchedFrame& frame);
   /// Announces that nothing is known from now on, and prints what was sent to the receivers.
@@ -60,22 +68,19 @@ class WarningRecorder {
   void finish();
 
   std::size_t warnings() const { return warnings_; }  ///< Number of warnings that have begun.
-  /// Returns a finding for each receiver that got no event; to be called after finish().
-  const std::vector<Finding>& findings() const { return findings_; }
-  /// Returns all announced events, ordered by time; to be called after finish().
-  const std::vector<RunEvent>& told() const { return told_; }
 
  private:
   struct Receiver {
     EventAddress address;
     std::unique_ptr<EventSender> sender;
   };
-  double mask_age(const FrameRecord& record, bool has_network);
+  double mask_age(const FrameRecord& record);
   void record(const std::vector<WarningEvent>& events);
 
   std::mutex mutex_;  // of everything below
   WarningMonitor monitor_;
   const WarningOutputs outputs_;
+  const bool has_network_;
   const std::string run_ = random_token();  // tells the events of this run from those of others
   std::ofstream file_;
   std::vector<Finding> findings_;

@@ -66,6 +66,26 @@ struct PoseUpdate {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
+/// A keypoint of a frame, with its motion label.
+struct ObservedKeypoint {
+  float u = 0, v = 0;               ///< Position in the tracked image [pixels].
+  float depth = 0;                  ///< Depth along the optical axis [m]; 0: unknown.
+  float static_probability = 0.5F;  ///< Probability that its surface is static [0..1].
+  bool moving = false;   ///< It is labeled as moving, so that it does not count for the pose.
+  bool matched = false;  ///< It is matched with a landmark.
+};
+
+/// What the tracker saw in a frame. Images and objects are shared with it and must not be changed.
+struct ObservedFrame {
+  PoseUpdate update;
+  RgbdFramePtr images;  ///< As tracked: rectified, and halved if the options say so.
+  std::vector<ObservedKeypoint> keypoints;
+  /// Objects of the network or the masks, at their places in this frame; null without them, and
+  /// before the first result.
+  SegmentedFramePtr objects;
+  cv::Mat1b moving;  ///< 255 at pixels labeled as moving; empty: there are none.
+};
+
 /// A keyframe of the sparse map.
 struct KeyframePose {
   std::size_t frame_index = 0;  ///< Index of the frame in the run that made it.
@@ -246,6 +266,10 @@ class Slam {
   /// Returns what the frames pushed so far show to be wrong, such as a wrong depth factor; those of
   /// the severity kUntrusted are reasons not to trust the poses. The results have more findings.
   std::vector<Finding> findings() const;
+
+  /// Returns what the tracker saw in the frame used last, for the thread that pushes; none before
+  /// the first.
+  std::optional<ObservedFrame> newest() const;
 
   /// Returns the state of the system. May be called by any thread, before and after finish().
   /// Each thread of the system contributes its part between two of its tasks, so the call may take

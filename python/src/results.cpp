@@ -142,6 +142,93 @@ void bind_movers(py::module_& module) {
                     "A Mover per frame from the first to the last detection.");
 }
 
+using ObservedPtr = std::shared_ptr<ObservedFrame>;
+
+/// Returns a view of a member of all keypoints.
+/// @param format  its type, as in Python's module struct
+/// @param width   number of values from it on that are shown; 0: one without a dimension of its own
+template <typename T>
+py::object keypoint_view(const ObservedPtr& frame, T ObservedKeypoint::*member,
+                         const std::string& format, py::ssize_t width = 0) {
+  constexpr py::ssize_t kItem = sizeof(T), kStep = sizeof(ObservedKeypoint);
+  static const ObservedKeypoint kNone;
+  const auto count = static_cast<py::ssize_t>(frame->keypoints.size());
+  const ObservedKeypoint& first = count == 0 ? kNone : frame->keypoints.front();
+  Memory memory{frame, &(first.*member), format, kItem, {count}, {kStep}};
+  if (width > 0) {
+    memory.shape.push_back(width);
+    memory.strides.push_back(kItem);
+  }
+  return array_of(std::move(memory));
+}
+
+py::list objects_of(const ObservedFrame& frame) {
+  py::list objects;
+  if (!frame.objects) return objects;
+  for (const Instance& object : frame.objects->instances) objects.append(object);
+  return objects;
+}
+
+py::object image_or_none(const cv::Mat& image) {
+  if (image.empty()) return py::none();
+  return view_of(image, std::make_shared<cv::Mat>(image));
+}
+
+void bind_observations(py::module_& module) {
+  py::class_<Instance>(module, "DetectedObject", "An object of the network or the masks.")
+      .def_readonly("class_name", &Instance::class_name)
+      .def_readonly("confidence", &Instance::confidence, "[0..1]")
+      .def_property_readonly(
+          "box",
+          [](const Instance& object) {
+            const cv::Rect& box = object.box;
+            return py::make_tuple(box.x, box.y, box.width, box.height);
+          },
+          "Left, top, width, height [pixels].")
+      .def_property_readonly(
+          "mask", [](const Instance& object) { return image_or_none(object.mask); },
+          "255 on the object, uint8 of the box's size; None if only the box is known.");
+  py::class_<ObservedFrame, ObservedPtr>(
+      module, "ObservedFrame",
+      "What the tracker saw in a frame: images, keypoints with motion labels, objects. Its arrays "
+      "are read-only views.")
+      .def_readonly("update", &ObservedFrame::update, "Result of the frame (PoseUpdate).")
+      .def_property_readonly(
+          "rgb", [](const ObservedPtr& f) { return view_of(f->images->color, f->images); },
+          "H x W x 3 uint8, as tracked: rectified, and halved if the options say so.")
+      .def_property_readonly(
+          "depth", [](const ObservedPtr& f) { return view_of(f->images->depth, f->images); },
+          "H x W float32 [m]; 0 where unknown.")
+      .def_property_readonly(
+          "keypoints",
+          [](const ObservedPtr& f) { return keypoint_view(f, &ObservedKeypoint::u, "f", 3); },
+          "N x 3 float32: u, v [pixels], depth [m; 0: unknown].")
+      .def_property_readonly(
+          "static_probabilities",
+          [](const ObservedPtr& f) {
+            return keypoint_view(f, &ObservedKeypoint::static_probability, "f");
+          },
+          "Probability of each keypoint that its surface is static, N float32 [0..1].")
+      .def_property_readonly(
+          "moving",
+          [](const ObservedPtr& f) { return keypoint_view(f, &ObservedKeypoint::moving, "?"); },
+          "Whether each keypoint is labeled as moving, N bool.")
+      .def_property_readonly(
+          "matched",
+          [](const ObservedPtr& f) { return keypoint_view(f, &ObservedKeypoint::matched, "?"); },
+          "Whether each keypoint is matched with a landmark, N bool.")
+      .def_property_readonly("objects", &objects_of, "Detected objects (DetectedObject).")
+      .def_property_readonly(
+          "mask_age",
+          [](const ObservedFrame& f) -> py::object {
+            return f.objects ? py::cast(f.objects->age()) : py::none();
+          },
+          "Age of the objects' masks [frames]; None without a result of a network or masks.")
+      .def_property_readonly(
+          "moving_mask", [](const ObservedFrame& f) { return image_or_none(f.moving); },
+          "255 at pixels labeled as moving, H x W uint8; None if there are none.");
+}
+
 void bind_updates(py::module_& module) {
   py::class_<PoseUpdate>(module, "PoseUpdate", "The tracking result of one frame.")
       .def_readonly("index", &PoseUpdate::frame_index)
@@ -205,6 +292,7 @@ void bind_results(py::module_& module) {
   bind_cloud(module);
   bind_movers(module);
   bind_updates(module);
+  bind_observations(module);
   bind_snapshot(module);
   py::class_<Finding>(module, "Finding", "Something about a recording or a result.")
       .def_readonly("code", &Finding::code, "Code of docs/findings.md, such as 'depth-factor'.")

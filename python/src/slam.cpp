@@ -89,6 +89,12 @@ class PythonSlam {
     require_camera(*frame.camera);
     return push_masked(frame.data, mask);
   }
+  /// Returns what the tracker saw in the newest frame; null before the first.
+  std::shared_ptr<ObservedFrame> newest() const {
+    const std::scoped_lock lock(mutex_);
+    auto observed = slam_.newest();
+    return observed ? std::make_shared<ObservedFrame>(*std::move(observed)) : nullptr;
+  }
   std::shared_ptr<const Snapshot> snapshot() const { return slam_.snapshot(); }
   /// After Ctrl-C, Python raises KeyboardInterrupt when the call returns, and its result is lost. A
   /// second call returns the same results.
@@ -348,6 +354,9 @@ void bind_slam(py::module_& module) {
           "movers", py::cpp_function(&PythonSlam::movers, WithoutGil()),
           "Moving objects in the newest frame (Mover), as in a snapshot. The tracks of the whole "
           "run (MoverTrack) are in the results.")
+      .def_property_readonly(
+          "newest", py::cpp_function(&PythonSlam::newest, WithoutGil()),
+          "What the tracker saw in the newest frame (ObservedFrame); None before the first.")
       .def(
           "set_mode", &set_mode, py::arg("mode"),
           "\"map\": the frames pushed from now on extend the map; \"localize\": the camera is only "

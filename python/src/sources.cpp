@@ -85,6 +85,10 @@ class Source {
     const Lock lock(mutex_);
     return source_->notes();
   }
+  std::vector<Finding> findings() {
+    const Lock lock(mutex_);
+    return source_->findings();
+  }
 
  private:
   /// Holds the mutex and not the GIL, for which a thread may wait that holds the mutex.
@@ -319,7 +323,9 @@ void bind_sources(py::module_& module) {
       .def_property_readonly("skipped", &Source::skipped,
                              "Unusable frames so far: list of (timestamp [s], reason).")
       .def_property_readonly("notes", &Source::notes,
-                             "Choices and assumptions of the source: list of sentences.");
+                             "Choices and assumptions of the source: list of sentences.")
+      .def_property_readonly("findings", &Source::findings,
+                             "What looks wrong before a frame is read (Finding).");
   module.def(
       "source",
       [](const std::filesystem::path& text, const OptionalCamera& camera,

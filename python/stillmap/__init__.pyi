@@ -84,6 +84,8 @@ class Source:
     def skipped(self) -> list[tuple[float, str]]: ...
     @property
     def notes(self) -> list[str]: ...
+    @property
+    def findings(self) -> list[Finding]: ...
 
 def source(text: _Path, *, camera: Camera | _Path | None = None, ignore: _Path | None = None,
            topics: str | Sequence[str] = "", associations: _Path | None = None, fps: float = 30, follow: bool | float = False, first: int = 0,
@@ -146,6 +148,38 @@ class PoseUpdate:
     def certain(self) -> bool: ...
     @property
     def covariance(self) -> NDArray[np.float64]: ...  # 6 x 6
+
+class DetectedObject:
+    @property
+    def class_name(self) -> str: ...
+    @property
+    def confidence(self) -> float: ...
+    @property
+    def box(self) -> tuple[int, int, int, int]: ...
+    @property
+    def mask(self) -> NDArray[np.uint8] | None: ...
+
+class ObservedFrame:
+    @property
+    def update(self) -> PoseUpdate: ...
+    @property
+    def rgb(self) -> NDArray[np.uint8]: ...  # H x W x 3
+    @property
+    def depth(self) -> NDArray[np.float32]: ...  # H x W
+    @property
+    def keypoints(self) -> NDArray[np.float32]: ...  # N x 3
+    @property
+    def static_probabilities(self) -> NDArray[np.float32]: ...  # N
+    @property
+    def moving(self) -> NDArray[np.bool_]: ...  # N
+    @property
+    def matched(self) -> NDArray[np.bool_]: ...  # N
+    @property
+    def objects(self) -> list[DetectedObject]: ...
+    @property
+    def mask_age(self) -> int | None: ...
+    @property
+    def moving_mask(self) -> NDArray[np.uint8] | None: ...  # H x W
 
 class MapEvent:
     @property
@@ -223,6 +257,8 @@ class Slam:
     def push_odometry(self, stamp: float,
                       T_odom_base: Sequence[Sequence[float]] | NDArray[np.float64]) -> None: ...
     def set_mode(self, mode: Literal["map", "localize"]) -> None: ...
+    @property
+    def newest(self) -> ObservedFrame | None: ...
     def snapshot(self) -> Snapshot: ...
     def finish(self) -> Results: ...
     def save_map(self, file: _Path) -> None: ...

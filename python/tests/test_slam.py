@@ -67,6 +67,35 @@ def test_pushed_masks_give_the_bytes_of_a_folder_of_masks(recording, frames, cam
     same_files(tmp_path / "command", tmp_path / "python", ["trajectory.txt", "cloud.ply"])
 
 
+def test_the_newest_frame_has_motion_labels_and_objects(recording, frames, camera):
+    masks = read_masks(recording)
+    slam = stillmap.Slam(camera, {"network.every": 1, "network.mask_delay": 0, "dense.enabled": False}, masks=True)
+    assert slam.newest is None
+    for frame in frames:
+        mask = masks[min(masks, key=lambda stamp: abs(stamp - frame.stamp))]
+        slam.push(frame, mask)
+    newest = slam.newest
+    slam.finish()
+    assert newest.update.stamp == frames[-1].stamp and newest.mask_age == 0
+    np.testing.assert_array_equal(newest.rgb, frames[-1].rgb)
+    np.testing.assert_array_equal(newest.depth, frames[-1].depth)
+    count = len(newest.keypoints)
+    assert newest.keypoints.shape == (count, 3) and newest.keypoints.dtype == np.float32
+    for values in (newest.static_probabilities, newest.moving, newest.matched):
+        assert values.shape == (count,) and not values.flags.writeable
+    u, v = (newest.keypoints[:, :2].T + 0.5).astype(int)
+    on_people = mask[v, u] != 0
+    assert on_people.sum() > 20
+    assert newest.moving[on_people].mean() > 0.9 and newest.moving[~on_people].mean() < 0.1
+    assert newest.static_probabilities[newest.moving].max() < 0.5 and newest.matched[~on_people].mean() > 0.5
+    assert (newest.moving_mask[mask != 0] == 255).mean() > 0.9
+    person, = newest.objects
+    left, top, width, height = person.box
+    assert person.class_name == "person" and person.mask.shape == (height, width)
+    shown = mask[top:top + height, left:left + width] != 0
+    assert ((person.mask != 0) == shown).mean() > 0.95
+
+
 def test_a_pose_is_a_matrix_and_agrees_with_the_truth(recording, frames, slam):
     poses = [slam.push(frame).T_world_camera for frame in frames]
     assert all(pose.shape == (4, 4) and pose.dtype == np.float64 for pose in poses)

@@ -302,6 +302,11 @@ void Slam::set_mode(Mode mode) {
 
 std::vector<Finding> Slam::findings() const { return impl_->check.findings(); }
 
+std::optional<ObservedFrame> Slam::newest() const {
+  if (!impl_->system.newest()) return std::nullopt;
+  return observed_frame(*impl_->system.newest(), impl_->system.view().not_found);
+}
+
 std::shared_ptr<const Snapshot> Slam::snapshot() const { return impl_->system.snapshot(); }
 
 std::vector<MovingObject> Slam::movers() const {

@@ -256,6 +256,38 @@ TEST(SlamApi, SubscribersHearOfPosesKeyframesAndMovers) {
   EXPECT_GE(corrections, 1U) << "the adjustment at the end";
 }
 
+TEST(SlamApi, TheNewestFrameHasMotionLabelsAndObjects) {
+  const Recording& rec = recording(2, "xyz");
+  Slam slam = slam_for(rec);
+  EXPECT_FALSE(slam.newest().has_value());
+  int on_people = 0, found = 0, on_static = 0, wrong = 0, matched = 0;
+  for (const RgbdFramePtr& frame : rec.frames) {
+    const PoseUpdate update = slam.push(frame);
+    const ObservedFrame newest = slam.newest().value();
+    ASSERT_EQ(newest.update.frame_index, frame->index);
+    ASSERT_EQ(newest.update.T_world_camera.has_value(), update.T_world_camera.has_value());
+    ASSERT_EQ(newest.images->color.size(), frame->color.size());
+    const cv::Mat1b truth = class_mask(rec.sequence->truth(frame->index));
+    if (newest.objects) {
+      for (const Instance& object : newest.objects->instances)
+        EXPECT_EQ(object.class_name, "person");
+    }
+    for (const ObservedKeypoint& k : newest.keypoints) {
+      const cv::Point pixel(static_cast<int>(k.u + 0.5F), static_cast<int>(k.v + 0.5F));
+      (truth(pixel) != 0 ? on_people : on_static) += 1;
+      (truth(pixel) != 0 ? found : wrong) += k.moving ? 1 : 0;
+      if (k.moving) {
+        EXPECT_LT(k.static_probability, 0.5F);
+      }
+      matched += k.matched ? 1 : 0;
+    }
+  }
+  ASSERT_GT(on_people, 100);
+  EXPECT_GT(found, 0.9 * on_people);
+  EXPECT_LT(wrong, 0.1 * on_static);
+  EXPECT_GT(matched, 0.5 * on_static);
+}
+
 TEST(SlamApi, APushTellsWhyThereIsNoPose) {
   const Recording& rec = recording(0, "xyz");
   Options options = small_options();

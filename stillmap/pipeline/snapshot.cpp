@@ -101,6 +101,26 @@ PoseUpdate pose_update(const TrackedFrame& tracked, const std::string& not_found
                                   tracked.covariance};
 }
 
+ObservedFrame observed_frame(const TrackedFrame& tracked, const std::string& not_found) {
+  const Frame& frame = *tracked.frame;
+  ObservedFrame observed{.update = pose_update(tracked, not_found),
+                         .images = frame.image,
+                         .keypoints = {},
+                         .objects = frame.instances,
+                         .moving = frame.evidence.moving_pixels};
+  for (std::size_t i = 0; i < frame.features->size(); ++i) {
+    const Keypoint& k = frame.features->keypoints[i];
+    observed.keypoints.push_back(
+        {.u = k.u,
+         .v = k.v,
+         .depth = k.depth,
+         .static_probability = static_probability(frame.evidence.static_log_odds[i]),
+         .moving = frame.evidence.weight[i] <= 0,
+         .matched = i < tracked.landmarks.size() && tracked.landmarks[i].valid()});
+  }
+  return observed;
+}
+
 std::vector<MovingObject> moving_objects(const std::vector<Mover>& movers) {
   std::vector<MovingObject> objects;
   for (const Mover& mover : movers)

@@ -21,6 +21,9 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot);
 /// @param not_found  see MapView
 PoseUpdate pose_update(const TrackedFrame& tracked, const std::string& not_found);
 
+/// @param not_found  see MapView
+ObservedFrame observed_frame(const TrackedFrame& tracked, const std::string& not_found);
+
 std::vector<MovingObject> moving_objects(const std::vector<Mover>& movers);
 std::vector<MovingObjectTrack> moving_object_tracks(const std::vector<MoverTrack>& tracks);
 

@@ -243,12 +243,13 @@ bool is_shuffled(const std::vector<MessageEntry>& images) {
 }
 
 /// Sorts images by their stamps if they are stored in another order.
-void sort_if_shuffled(ImageStream& stream, std::vector<std::string>& notes) {
+void sort_if_shuffled(ImageStream& stream, std::vector<Finding>& findings) {
   if (!is_shuffled(stream.images)) return;
   std::ranges::sort(stream.images, {}, &MessageEntry::stamp);
-  notes.push_back(fmt::format(
-      "warning: {} is stored in another order than that of its stamps; it is sorted by them",
-      stream.name));
+  findings.push_back(make_finding(
+      "source",
+      fmt::format("{} is stored in another order than by its stamps; it is sorted by them",
+                  stream.name)));
 }
 
 // Returns the rate by the median interval, as one of the usual rates if it is within 5 % of one.
@@ -414,7 +415,7 @@ RgbdStreams find_rgbd_streams(Recording& recording, const std::string& topics) {
     add_camera(recording, *stream);
     use_log_times_if_unstamped(*stream);
     use_realsense_timestamps(recording, stream->name, stream->images);
-    sort_if_shuffled(*stream, streams.notes);
+    sort_if_shuffled(*stream, streams.findings);
   }
   streams.fps = rate_of(streams.color);
   if (const auto unit = realsense_depth_unit(recording, streams.depth.name)) {

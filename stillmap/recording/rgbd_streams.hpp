@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/recording/camera_model.hpp"
 #include "stillmap/recording/recording.hpp"
@@ -56,6 +57,7 @@ struct RgbdStreams {
   std::string sensor;             ///< Name for find_depth_sensor(); empty if it is not known.
   /// One sentence for each choice and each assumption.
   std::vector<std::string> notes;
+  std::vector<Finding> findings;  ///< What looks wrong.
 };
 
 /// Returns all image topics with at least one readable image.

@@ -35,8 +35,9 @@ FigureRecorder::FigureRecorder(std::vector<int> frames, std::vector<std::string>
   }
 }
 
-void FigureRecorder::record(const TrackedFrame& tracked) {
+void FigureRecorder::on_frame(SlamSystem& slam) {
   if (frames_.empty()) return;
+  const TrackedFrame& tracked = *slam.newest();
   const Frame& frame = *tracked.frame;
   if (tracked.proposal || tracked.state == TrackState::kStarted) record_dropped(frame);
   const auto index = static_cast<int>(frame.index());
@@ -59,7 +60,7 @@ void FigureRecorder::draw(const Frame& frame) {
   write("depth", draw_blanked_depth(*frame.image, mover_pixels(frame, movable_classes_)));
 }
 
-void FigureRecorder::finish(const RunRecord& record) {
+void FigureRecorder::on_results(RunRecord& record) {
   if (frames_.empty()) return;
   for (const int frame : frames_) {
     if (previous_ && static_cast<std::size_t>(frame) <= previous_->index()) continue;
@@ -67,11 +68,6 @@ void FigureRecorder::finish(const RunRecord& record) {
          previous_ ? fmt::format("the last one is {}", previous_->index()) : "");
   }
   draw_sparse(record);
-  const fs::path dense = folder_.path() / "cloud_before_after.png";
-  if (!record.options.dense.enabled || !fs::exists(dense)) return;
-  folder_.write("figures/dense_map.png", [&](const fs::path& file) {
-    fs::copy_file(dense, file, fs::copy_options::overwrite_existing);
-  });
 }
 
 void FigureRecorder::record_dropped(const Frame& frame) {

@@ -2,8 +2,7 @@
 #pragma once
 #include "stillmap/motion/keypoint_flow.hpp"
 #include "stillmap/report/result_folder.hpp"
-#include "stillmap/report/run_record.hpp"
-#include "stillmap/track/tracker.hpp"
+#include "stillmap/report/run_sink.hpp"
 
 #include <string>
 #include <vector>
@@ -18,8 +17,7 @@ namespace stillmap {
 ///   figures/FRAME_depth.png        depth with and without movers
 ///   figures/sparse_map.png         landmarks with and without the dropped keypoints of keyframes
 ///   figures/repeated_landmarks.png  landmarks with and without those erased as repeats, if any
-///   figures/dense_map.png          all measurements and the static cloud, if there is one
-class FigureRecorder {
+class FigureRecorder final : public RunSink {
  public:
   /// @param frames          indices of the frames; empty: no figures at all
   /// @param movable_classes classes that are left out of the dense map
@@ -28,11 +26,9 @@ class FigureRecorder {
   FigureRecorder(std::vector<int> frames, std::vector<std::string> movable_classes,
                  ResultFolder& folder);
 
-  /// Records a frame. Every frame must be passed, in order.
-  void record(const TrackedFrame& tracked);
-
-  /// Writes the figures of the maps. To be called after the files of the run have been written.
-  void finish(const RunRecord& record);
+  void on_frame(SlamSystem& slam) override;
+  /// Writes the figures of the maps.
+  void on_results(RunRecord& record) override;
 
  private:
   /// Keypoints of a keyframe that were dropped as moving: u, v [pixels] and depth [m].

@@ -20,7 +20,8 @@ constexpr std::size_t kUsualLength =
 Gallery::Gallery(std::optional<std::size_t> total_frames)
     : every_(std::max<std::size_t>(1, total_frames.value_or(kUsualLength) / kImages)) {}
 
-void Gallery::record(const TrackedFrame& tracked) {
+void Gallery::on_frame(SlamSystem& slam) {
+  const TrackedFrame& tracked = *slam.newest();
   const std::size_t index = tracked.frame->index();
   if (index % every_ != every_ / 2 || images_.size() >= kImages) return;
   std::string caption = fmt::format("frame {} at {:.2f} s: {} inlier landmarks", index,

@@ -17,7 +17,8 @@ LabelRecorder::LabelRecorder(const LabelRecording& wanted, ResultFolder& folder)
                 "motion labels", "give a number of frames of 1 or more");
 }
 
-void LabelRecorder::record(const TrackedFrame& tracked) {
+void LabelRecorder::on_frame(SlamSystem& slam) {
+  const TrackedFrame& tracked = *slam.newest();
   const Frame& frame = *tracked.frame;
   if (wanted_.save) file_.add(labeled_frame(frame));
   if (wanted_.draw_every == 0 || frame.index() % static_cast<std::size_t>(wanted_.draw_every) != 0)
@@ -26,7 +27,7 @@ void LabelRecorder::record(const TrackedFrame& tracked) {
                         [&](const auto& file) { write_png(file, draw_labels(tracked)); });
 }
 
-void LabelRecorder::finish() {
+void LabelRecorder::on_results(RunRecord& /*record*/) {
   if (wanted_.save) folder_.write_text(wanted_.file(), file_.bytes());
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 #include "stillmap/evaluate/motion_labels.hpp"
 #include "stillmap/report/result_folder.hpp"
-#include "stillmap/track/tracker.hpp"
+#include "stillmap/report/run_sink.hpp"
 
 namespace stillmap {
 
@@ -16,15 +16,15 @@ struct LabelRecording {
 };
 
 /// Saves the motion labels of a run: labels.bin and labels/FRAME.png.
-class LabelRecorder {
+class LabelRecorder final : public RunSink {
  public:
   /// @param folder  must outlive this object
   /// Throws Error for a negative interval.
   LabelRecorder(const LabelRecording& wanted, ResultFolder& folder);
   /// Records one frame; draws it if it is one of those to be drawn.
-  void record(const TrackedFrame& tracked);
+  void on_frame(SlamSystem& slam) override;
   /// Writes labels.bin, if wanted.
-  void finish();
+  void on_results(RunRecord& record) override;
 
  private:
   LabelRecording wanted_;

@@ -15,7 +15,8 @@ LiveTrajectory::LiveTrajectory(ResultFolder& folder)
     : lines_(folder, kLiveTrajectory,
              "# timestamp tx ty tz qx qy qz qw, as known when the frame was tracked\n") {}
 
-void LiveTrajectory::add(const TrackedFrame& tracked) {
+void LiveTrajectory::on_frame(SlamSystem& slam) {
+  const TrackedFrame& tracked = *slam.newest();
   const double timestamp = tracked.frame->image->timestamp;
   const auto T_world_camera = tracked.T_world_filtered();
   lines_.add(T_world_camera ? pose_line(timestamp, *T_world_camera)

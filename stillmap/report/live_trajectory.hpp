@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/report/live_lines.hpp"
-#include "stillmap/track/tracked_frame.hpp"
+#include "stillmap/report/run_sink.hpp"
 
 #include <filesystem>
 #include <vector>
@@ -14,11 +14,11 @@ constexpr const char* kLiveTrajectory = "trajectory_live.txt";
 /// The file trajectory_live.txt of a run folder: T_world_camera of every frame in TUM format, as it
 /// was known when the frame was tracked, and a comment for every frame without a pose. Each line is
 /// written at once, so that the poses of a run that was killed are not lost.
-class LiveTrajectory {
+class LiveTrajectory final : public RunSink {
  public:
   /// Starts the file. A problem is kept for ResultFolder::require_all().
   explicit LiveTrajectory(ResultFolder& folder);
-  void add(const TrackedFrame& tracked);
+  void on_frame(SlamSystem& slam) override;
 
  private:
   LiveLines lines_;

@@ -97,6 +97,12 @@ std::string obstacles_by_frame(const std::vector<StaticObstacle>& obstacles,
 LiveObstacles::LiveObstacles(ResultFolder& folder, const FloorHints& hints)
     : lines_(folder, kLiveObstacles, ""), hints_(hints) {}
 
+void LiveObstacles::on_frame(SlamSystem& slam) {
+  const std::vector<Mover> movers = slam.movers();
+  add(slam.newest_record().timestamp, slam.newest()->T_world_filtered(), movers,
+      slam.movers_time());
+}
+
 void LiveObstacles::begin(const Pose& T_world_camera) {
   std::optional<Floor> known = hints_.floor;
   if (!known && hints_.up && hints_.camera_height) {

@@ -5,6 +5,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/motion/mover_tracker.hpp"
 #include "stillmap/report/live_lines.hpp"
+#include "stillmap/report/run_sink.hpp"
 
 #include <optional>
 #include <string>
@@ -48,10 +49,11 @@ constexpr const char* kLiveObstacles = "obstacles_live.jsonl";
 /// is "map" if the floor, or both the upward direction and the height of the camera, were given;
 /// otherwise that of the first camera, since a floor is only found in the whole map. Poses are
 /// those of tracking, before later corrections.
-class LiveObstacles {
+class LiveObstacles final : public RunSink {
  public:
   /// Starts the file. A problem is kept for ResultFolder::require_all().
   LiveObstacles(ResultFolder& folder, const FloorHints& hints);
+  void on_frame(SlamSystem& slam) override;
   /// @param movers  as known now, in the world of the pose
   /// @param movers_time  of the frame that they are of [s], "movers_time": in realtime an earlier
   /// one

@@ -25,6 +25,7 @@ class ConvertedSource : public FrameSource {
   std::optional<std::size_t> size() const override { return source_->size(); }
   const std::vector<SkippedFrame>& skipped() const override { return source_->skipped(); }
   std::vector<std::string> notes() const override { return source_->notes(); }
+  std::vector<Finding> findings() const override { return source_->findings(); }
 
  private:
   std::unique_ptr<FrameSource> source_;

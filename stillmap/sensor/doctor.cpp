@@ -660,14 +660,8 @@ Finding unreadable_truth(const Error& reason) {
 
 Diagnosis diagnose(FrameSource& source, std::size_t most_frames) {
   Diagnosis diagnosis;
-  constexpr std::string_view kWarning = "warning: ";
-  for (const std::string& note : source.notes()) {
-    const bool warns = note.starts_with(kWarning);
-    if (warns)
-      diagnosis.add(make_finding("source", note.substr(kWarning.size())));
-    else
-      diagnosis.add_ok(note);
-  }
+  for (const std::string& note : source.notes()) diagnosis.add_ok(note);
+  for (Finding& finding : source.findings()) diagnosis.add(std::move(finding));
   diagnosis.frames = diagnosis.usable_frames = check_frames(source, most_frames, diagnosis);
   if (!source.skipped().empty()) {
     diagnosis.add(make_finding("bad-files", fmt::format("skipped: {}; the first: {}",

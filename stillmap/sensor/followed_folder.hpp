@@ -25,6 +25,7 @@ class FollowedFolder : public FrameSource {
   std::optional<std::size_t> size() const override { return std::nullopt; }
   const std::vector<SkippedFrame>& skipped() const override { return folder_->skipped(); }
   std::vector<std::string> notes() const override { return folder_->notes(); }
+  std::vector<Finding> findings() const override { return folder_->findings(); }
 
  private:
   using Clock = std::chrono::steady_clock;

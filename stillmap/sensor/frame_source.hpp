@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 
@@ -39,6 +40,8 @@ class FrameSource {
   virtual const std::vector<SkippedFrame>& skipped() const = 0;
   /// Returns one sentence for the user for each choice and each assumption of the source.
   virtual std::vector<std::string> notes() const { return {}; }
+  /// Returns what in the recording or the given camera looks wrong before a frame is read.
+  virtual std::vector<Finding> findings() const { return {}; }
 };
 
 }  // namespace stillmap

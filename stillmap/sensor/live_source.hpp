@@ -22,6 +22,7 @@ class LiveCamera {
   /// if the camera cannot deliver any more frames.
   virtual std::shared_ptr<RgbdFrame> read() = 0;
   virtual std::vector<std::string> notes() const { return {}; }
+  virtual std::vector<Finding> findings() const { return {}; }
 };
 
 /// The frames of a live camera. A thread reads the camera; if frames come faster than next() takes
@@ -41,6 +42,7 @@ class LiveSource : public FrameSource {
   std::optional<std::size_t> size() const override { return std::nullopt; }
   const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
   std::vector<std::string> notes() const override { return live_->notes(); }
+  std::vector<Finding> findings() const override { return live_->findings(); }
 
  private:
   void read_frames();

@@ -104,6 +104,8 @@ class RealsenseCamera : public LiveCamera {
     }
   }
 
+  std::vector<Finding> findings() const override { return rectifier_.findings(); }
+
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes{fmt::format(
         "{}: color {} x {}, depth {} x {}, {} Hz, will be registered", recorded_.name,

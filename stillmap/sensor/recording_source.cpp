@@ -241,10 +241,13 @@ void RecordingSource::turn_baseline_if_images_tell() {
     const MatchShares shares = matcher.match_shares(gray(rectified(rig, 0, left.image)),
                                                     gray(rectified(rig, 1, right.image)));
     if (!shares.tell_given()) continue;
-    turned.notes.push_back(fmt::format(
-        "warning: P of {} has the baseline of a camera to the left of {}; it is used with the "
-        "other sign, since {:.0f} % of the pixels match that way, and {:.0f} % otherwise",
-        turned.depth.camera_topic, turned.color.name, 100 * shares.given, 100 * shares.exchanged));
+    turned.findings.push_back(make_finding(
+        "source",
+        fmt::format("P of {} has the baseline of a camera to the left of {}; it is used with the "
+                    "other sign, since {:.0f} % of the pixels match that way, and {:.0f} % "
+                    "otherwise",
+                    turned.depth.camera_topic, turned.color.name, 100 * shares.given,
+                    100 * shares.exchanged)));
     streams_ = std::move(turned);
     return;
   }
@@ -263,10 +266,11 @@ void RecordingSource::keep_longest_stretch() {
   if (end - begin == color.size() ||
       !are_many_unusable(static_cast<std::size_t>(disordered), color.size()))
     return;
-  streams_.notes.push_back(fmt::format(
-      "warning: the stamps of {} jump back, as if a recording had been played in a loop while it "
-      "was recorded; its longest stretch is used, {} of {}",
-      streams_.color.name, end - begin, counted(color.size(), "image")));
+  streams_.findings.push_back(make_finding(
+      "source",
+      fmt::format("the stamps of {} jump back, as if a recording had been played in a loop while "
+                  "it was recorded; its longest stretch is used, {} of {}",
+                  streams_.color.name, end - begin, counted(color.size(), "image"))));
   // Depth images of the stretch were recorded between the color images before and after it.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::int64_t first = begin > 0 ? color[begin - 1].log_time : Limits::min();
@@ -347,27 +351,32 @@ void RecordingSource::use_unit_of_d405() {
   const bool both_plausible = in_millimeters < d405.depth_at_sigma(kUselessSigma);
   if (in_millimeters < kFarthest || (both_plausible && is_of_realsense_ros(topic))) return;
   streams_.depth_factor = kTenthsOfMillimeters;
-  streams_.notes.push_back(fmt::format(
-      "{}depth unit: 0.1 mm, as the topics name a RealSense D405; in millimeters the median "
-      "depth of {} would be {:.2f} m{}",
-      both_plausible ? "warning: " : "", topic, in_millimeters,
-      both_plausible
-          ? ": if that is right, give a camera file with 'depth_factor: 1000' by --camera"
-          : ""));
+  const std::string text = fmt::format(
+      "depth unit: 0.1 mm, as the topics name a RealSense D405; in millimeters the median depth of "
+      "{} would be {:.2f} m",
+      topic, in_millimeters);
+  if (both_plausible) {
+    streams_.findings.push_back(
+        make_finding("source", text,
+                     "if that is right, give a camera file with 'depth_factor: 1000' by --camera"));
+  } else {
+    streams_.notes.push_back(text);
+  }
 }
 
-/// Returns a warning if the depths are beyond the range of the sensor; empty otherwise.
-std::string RecordingSource::far_depth_note() const {
+/// Returns the finding that the depths are beyond the range of the sensor; none otherwise.
+std::optional<Finding> RecordingSource::far_depth() const {
   const Camera& camera = this->camera();
   const double median = median_raw_depth_ / camera.depth_factor;
   const bool known = camera.depth_factor >= kTenthsOfMillimeters;
-  if (rig_ || known || median <= camera.depth_sensor.max_depth) return "";
-  return fmt::format(
-      "warning: the median depth is {:.1f} m, farther than sensor {} measures ({:g} m); if it "
-      "should be {:.2f} m, the unit is 0.1 mm, as for a RealSense D405: give a camera file with "
-      "'depth_factor: 10000' by --camera",
-      median, camera.depth_sensor.name, camera.depth_sensor.max_depth,
-      median_raw_depth_ / kTenthsOfMillimeters);
+  if (rig_ || known || median <= camera.depth_sensor.max_depth) return std::nullopt;
+  return make_finding(
+      "source",
+      fmt::format("the median depth is {:.1f} m, farther than sensor {} measures ({:g} m)", median,
+                  camera.depth_sensor.name, camera.depth_sensor.max_depth),
+      fmt::format("if it should be {:.2f} m, the unit is 0.1 mm, as for a RealSense D405: give a "
+                  "camera file with 'depth_factor: 10000' by --camera",
+                  median_raw_depth_ / kTenthsOfMillimeters));
 }
 
 void RecordingSource::require_one_usable_frame() {
@@ -439,23 +448,40 @@ std::vector<std::string> RecordingSource::notes() const {
   for (const std::string& note : {imu_note_, odometry_note_})
     if (!note.empty()) notes.push_back(note);
   if (!rectifier_->ignored_note().empty()) notes.push_back(rectifier_->ignored_note());
-  if (!rig_ && streams_.depth.encoding != kFloatDepth) notes.push_back(unit_note());
-  if (const std::string far = far_depth_note(); !far.empty()) notes.push_back(far);
+  if (uses_unit() && !contradicts_unit())
+    notes.push_back(
+        fmt::format("unit of 16-bit depth: {:g} mm", kMillimeters / camera.depth_factor));
   const std::string unpaired =
       without_depth_note(frames_, [](const Frame& frame) { return frame.depth.has_value(); });
   if (!rig_ && !unpaired.empty()) notes.push_back(unpaired);
-  for (const std::string& warning : recording_.warnings()) notes.push_back("warning: " + warning);
   return notes;
 }
 
-std::string RecordingSource::unit_note() const {
+std::vector<Finding> RecordingSource::findings() const {
+  std::vector<Finding> findings = streams_.findings;
+  append(rectifier_->findings(), findings);
   const double factor = camera().depth_factor, recorded = streams_.depth_factor;
-  if (!given_ || factor == recorded)
-    return fmt::format("unit of 16-bit depth: {:g} mm", kMillimeters / factor);
-  return fmt::format(
-      "warning: the given camera's unit of 16-bit depth is {:g} mm (depth_factor {:g}), and that "
-      "of the recording {:g} mm; set depth_factor to {:g} if the distances are wrong by that ratio",
-      kMillimeters / factor, factor, kMillimeters / recorded, recorded);
+  if (uses_unit() && contradicts_unit()) {
+    findings.push_back(make_finding(
+        "source",
+        fmt::format("the given camera's unit of 16-bit depth is {:g} mm (depth_factor {:g}), and "
+                    "that of the recording {:g} mm",
+                    kMillimeters / factor, factor, kMillimeters / recorded),
+        fmt::format("set depth_factor to {:g} if the distances are wrong by that ratio",
+                    recorded)));
+  }
+  if (auto far = far_depth()) findings.push_back(*std::move(far));
+  for (const std::string& warning : recording_.warnings())
+    findings.push_back(make_finding("source", warning));
+  return findings;
+}
+
+/// Returns whether depth is stored in a unit of the camera.
+bool RecordingSource::uses_unit() const { return !rig_ && streams_.depth.encoding != kFloatDepth; }
+
+/// Returns whether the given camera has another unit of depth than the recording.
+bool RecordingSource::contradicts_unit() const {
+  return given_ && camera().depth_factor != streams_.depth_factor;
 }
 
 void RecordingSource::skip_before(double timestamp) {

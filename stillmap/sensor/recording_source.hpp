@@ -42,6 +42,7 @@ class RecordingSource : public FrameSource {
   std::optional<std::size_t> size() const override { return frames_.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return skipped_; }
   std::vector<std::string> notes() const override;
+  std::vector<Finding> findings() const override;
   /// Returns the samples of an IMU and of wheels that the recording contains and whose pose is
   /// known. Then camera().imu and camera().wheels are set.
   const MotionSamples& motion_samples() const { return motion_samples_; }
@@ -68,9 +69,10 @@ class RecordingSource : public FrameSource {
   void require_one_usable_frame();
   void require_depth_in_view();
   void use_unit_of_d405();
-  std::string far_depth_note() const;
+  std::optional<Finding> far_depth() const;
   double median_raw_depth();
-  std::string unit_note() const;
+  bool uses_unit() const;
+  bool contradicts_unit() const;
   RgbdFramePtr load(const Frame& frame);
   cv::Mat load_depth(const Frame& recorded, const cv::Mat& color);
   ImageRead color_image(const MessageEntry& message);

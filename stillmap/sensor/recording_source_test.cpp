@@ -27,10 +27,18 @@ using test::TestCamera;
 using test::TestFolder;
 using test::TestMessage;
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr const char* kImage = "sensor_msgs/msg/Image";
+
+std::vector<std::string> texts(const std::vector<Finding>& findings) {
+  std::vector<std::string> texts;
+  for (const Finding& finding : findings) texts.push_back(finding.text());
+  return texts;
+}
 
 std::string bytes_of(const cv::Mat& image) {
   return {reinterpret_cast<const char*>(image.data), image.total() * image.elemSize()};
@@ -172,8 +180,8 @@ TEST(RecordingSource, OfARecordingThatWasPlayedInALoopTheLongestStretchIsUsed) {
   RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, "");
   EXPECT_THAT(all_frames(source), SizeIs(60));
   EXPECT_THAT(source.skipped(), SizeIs(0));
-  EXPECT_THAT(source.notes(),
-              ::testing::Contains(HasSubstr("longest stretch is used, 60 of 145 images")));
+  EXPECT_THAT(texts(source.findings()),
+              ElementsAre(HasSubstr("longest stretch is used, 60 of 145 images")));
 }
 
 TEST(RecordingSource, AShortLoopIsRecognizedToo) {
@@ -188,8 +196,8 @@ TEST(RecordingSource, AShortLoopIsRecognizedToo) {
   const TestFolder folder;
   RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, "");
   EXPECT_THAT(all_frames(source), SizeIs(20));
-  EXPECT_THAT(source.notes(),
-              ::testing::Contains(HasSubstr("longest stretch is used, 20 of 74 images")));
+  EXPECT_THAT(texts(source.findings()),
+              ElementsAre(HasSubstr("longest stretch is used, 20 of 74 images")));
 }
 
 constexpr const char* kImu = "sensor_msgs/msg/Imu";
@@ -306,7 +314,8 @@ TEST(RecordingSource, MessagesInAnyOrderAreSortedByTheirStamps) {
   EXPECT_NEAR(frames[11]->timestamp - frames[0]->timestamp, 11 / 30.0, 1e-6);
   EXPECT_THAT(source.skipped(), SizeIs(0));
   EXPECT_EQ(source.camera().fps, 30);
-  EXPECT_THAT(source.notes(), ::testing::Contains(HasSubstr("sorted by them")));
+  EXPECT_THAT(texts(source.findings()),
+              AllOf(::testing::Not(IsEmpty()), ::testing::Each(HasSubstr("sorted by them"))));
 }
 
 TEST(RecordingSource, AGivenCameraMayLackTheSizeOfTheImages) {
@@ -341,10 +350,10 @@ TEST(RecordingSource, TheDepthOfAD405IsInItsUnitUnlessItWasConverted) {
   RecordingSource own(folder.write_sqlite("a.db3", messages_with_depth("d405", 3000)), std::nullopt,
                       "");
   EXPECT_EQ(own.camera().depth_factor, 10000);
-  EXPECT_THAT(own.notes(),
-              ::testing::Contains(AllOf(
-                  HasSubstr("warning: depth unit: 0.1 mm, as the topics name a RealSense D405"),
-                  HasSubstr("'depth_factor: 1000'"))));
+  EXPECT_THAT(
+      texts(own.findings()),
+      ElementsAre(AllOf(HasSubstr("depth unit: 0.1 mm, as the topics name a RealSense D405"),
+                        HasSubstr("'depth_factor: 1000'"))));
   RecordingSource converted(folder.write_sqlite("b.db3", messages_with_depth("d405", 300)),
                             std::nullopt, "");
   EXPECT_EQ(converted.camera().depth_factor, 1000);
@@ -369,12 +378,12 @@ TEST(RecordingSource, DepthsBeyondTheSensorAreToldWithAFactorThatFits) {
   const Diagnosis diagnosis = diagnose(source, 10);
   const auto told = std::find_if(
       diagnosis.findings.begin(), diagnosis.findings.end(),
-      [](const Finding& f) { return f.message.find("depth_factor: 10000") != std::string::npos; });
+      [](const Finding& f) { return f.fix.find("depth_factor: 10000") != std::string::npos; });
   ASSERT_NE(told, diagnosis.findings.end());
   EXPECT_EQ(told->severity, Severity::kWarning);
-  EXPECT_THAT(told->message, HasSubstr("if it should be 0.90 m"));
+  EXPECT_THAT(told->fix, HasSubstr("if it should be 0.90 m"));
   RecordingSource usual(folder.write_sqlite("b.db3", messages(2)), std::nullopt, "");
-  EXPECT_THAT(usual.notes(), ::testing::Not(::testing::Contains(HasSubstr("farther than"))));
+  EXPECT_THAT(usual.findings(), IsEmpty());
 }
 
 TEST(RecordingSource, OneImageWithTheStampOfAnotherTimeIsLeftOutAlone) {
@@ -383,7 +392,7 @@ TEST(RecordingSource, OneImageWithTheStampOfAnotherTimeIsLeftOutAlone) {
   const TestFolder folder;
   RecordingSource source(folder.write_sqlite("a.db3", all), std::nullopt, "");
   EXPECT_THAT(all_frames(source), SizeIs(18));
-  EXPECT_THAT(source.notes(), ::testing::Not(::testing::Contains(HasSubstr("stretch"))));
+  EXPECT_THAT(source.findings(), IsEmpty());
 }
 
 TEST(RecordingSource, ARecordingWithoutACameraNeedsOne) {
@@ -476,7 +485,7 @@ TEST(RecordingSource, ABaselineOfTheWrongSignIsTurnedAsTheImagesTell) {
   const TestFolder folder;
   const auto file = folder.write_sqlite("a.db3", pair_messages(0, /*sign=*/1));
   RecordingSource source(file, std::nullopt, kPair);
-  EXPECT_THAT(source.notes(), ::testing::Contains(HasSubstr("it is used with the other sign")));
+  EXPECT_THAT(texts(source.findings()), ElementsAre(HasSubstr("it is used with the other sign")));
   const auto frames = all_frames(source);
   ASSERT_THAT(frames, SizeIs(2));
   const double depth = kFocal * kBaseline / kDisparity;  // m

@@ -64,9 +64,11 @@ void Rectifier::ignore(const std::string& file, const cv::Mat& pixels) {
   ignored_ = pixels;
   const double share = cv::countNonZero(pixels) / static_cast<double>(pixels.total());
   constexpr double kMost = 0.5;  // A robot seldom hides more of the view of its own camera.
-  const char* doubt = share > kMost ? "; is it inverted? The robot itself is white in it" : "";
-  ignored_note_ = fmt::format("{}ignored: {:.1f} % of the image, by {}{}",
-                              share > kMost ? "warning: " : "", 100 * share, file, doubt);
+  const std::string text = fmt::format("ignored: {:.1f} % of the image, by {}", 100 * share, file);
+  if (share > kMost)
+    findings_ = {make_finding("source", text, "invert it: the robot itself must be white in it")};
+  else
+    ignored_note_ = text;
 }
 
 cv::Mat Rectifier::image(const cv::Mat& recorded) const {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/recording/camera_model.hpp"
 #include "stillmap/sensor/stereo_rig.hpp"
 
 #include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -32,6 +34,8 @@ class Rectifier {
   const cv::Mat& ignored() const { return ignored_; }
   /// Returns a note with the share of ignored pixels and their file; empty if there are none.
   const std::string& ignored_note() const { return ignored_note_; }
+  /// Returns the finding that more than half of the pixels are ignored; empty otherwise.
+  const std::vector<Finding>& findings() const { return findings_; }
   bool active() const { return !nearest_map_.empty(); }
 
   /// Rectifies color or gray images with bilinear interpolation. Pixels outside the recorded image
@@ -51,6 +55,7 @@ class Rectifier {
   cv::Mat nearest_map_;  // 16SC2, rounded
   cv::Mat ignored_;
   std::string ignored_note_;
+  std::vector<Finding> findings_;
 };
 
 }  // namespace stillmap

@@ -53,6 +53,7 @@ class StereoFolder : public FrameSource {
   std::optional<std::size_t> size() const override { return sequence_.frames.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return sequence_.skipped; }
   std::vector<std::string> notes() const override;
+  std::vector<Finding> findings() const override { return rectifier_.findings(); }
 
  private:
   RgbdFramePtr load(const StereoFiles& files);

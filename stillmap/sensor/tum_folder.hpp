@@ -28,6 +28,7 @@ class TumFolder : public FrameSource {
   std::optional<std::size_t> size() const override { return list_.frames.size() - position_; }
   const std::vector<SkippedFrame>& skipped() const override { return list_.skipped; }
   std::vector<std::string> notes() const override;
+  std::vector<Finding> findings() const override { return rectifier_.findings(); }
   void add_note(const std::string& note) { notes_.push_back(note); }
   /// Lists the folder again, which has grown since; frames that were returned are not repeated.
   /// @param growing  as SequencePaths::growing

@@ -35,10 +35,10 @@ LiveView::LiveView(SlamSystem& slam, ViewServer& server, const std::string& name
   board_.publish(run_message(name, camera, frames, Viewed::kRunInProgress));
 }
 
-void LiveView::add_newest() {
-  const TrackedFramePtr& newest = slam_.newest();
+void LiveView::on_frame(SlamSystem& slam) {
+  const TrackedFramePtr& newest = slam.newest();
   const bool idle = stage_.waiting() == 0;
-  stage_.push({slam_.newest_record(), newest->T_world_filtered(), slam_.load_shedding(),
+  stage_.push({slam.newest_record(), newest->T_world_filtered(), slam.load_shedding(),
                idle ? newest : nullptr});
 }
 
@@ -110,9 +110,9 @@ const Ground& LiveView::ground_of(const Trajectory& trajectory, const Cloud& clo
   return *ground_;
 }
 
-void LiveView::show_results(const SlamResult& result) {
+void LiveView::on_results(RunRecord& record) {
   stage_.drain();
-  guarded([&] { publish_results(result); });
+  guarded([&] { publish_results(record.result); });
 }
 
 void LiveView::publish_results(const SlamResult& result) {

@@ -3,6 +3,7 @@
 #include "stillmap/dense/labeled_cloud.hpp"
 #include "stillmap/pipeline/slam_system.hpp"
 #include "stillmap/pipeline/stage.hpp"
+#include "stillmap/report/run_sink.hpp"
 #include "stillmap/view/cloud_chunks.hpp"
 #include "stillmap/view/view_messages.hpp"
 #include "stillmap/view/view_server.hpp"
@@ -19,7 +20,7 @@ namespace stillmap {
 /// Shows a run in progress. Messages are made on a thread of its own, of lower priority than
 /// tracking, and only while a page is connected. The thread that pushes frames hands over the
 /// newest frame and never waits.
-class LiveView {
+class LiveView final : public RunSink {
  public:
   /// @param slam    must outlive this object
   /// @param name    name of the sequence
@@ -28,11 +29,9 @@ class LiveView {
   LiveView(SlamSystem& slam, ViewServer& server, const std::string& name, const Camera& camera,
            std::optional<std::size_t> frames, GroundHints hints);
 
-  /// Shows the frame pushed last. Called by the thread that pushes, after each frame.
-  void add_newest();
-
-  /// Shows the results, after SlamSystem::finish(). Nothing may be added after it.
-  void show_results(const SlamResult& result);
+  void on_frame(SlamSystem& slam) override;
+  /// Shows the results. Nothing may be added after it.
+  void on_results(RunRecord& record) override;
 
  private:
   using Clock = std::chrono::steady_clock;
