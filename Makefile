@@ -101,17 +101,19 @@ wheels: deps  ## Python wheels of the module and the command, with all libraries
 wheels-test:  ## install and use them in clean roots of Debian 12, Ubuntu 24.04 and Debian 13 (as root, with mmdebstrap)
 	scripts/test_wheels.sh
 
-arm64: package  ## cross-compile for 64-bit ARM: Debian packages, wheels and tests (build/arm64)
+arm64: package  ## cross-compile for 64-bit ARM: Debian packages and wheels (build/arm64, build/wheels)
 	scripts/make_arm64_root.sh
 	@$(call configure,arm64)
-	$(call compile,arm64)
+	$(call compile,arm64) --target stillmap_installed stillmap_python
 	scripts/make_packages.sh arm64
 	scripts/make_wheels.py --arm64 python3.11
 
-arm64-test:  ## run them under QEMU; trajectories must be the same bytes as the native ones
+arm64-test:  ## run them and the tests of all modules that compute under QEMU; trajectories must be the same bytes as the native ones
 	scripts/test_arm64.py
 
-release: package package-test wheels wheels-test arm64 arm64-test  ## build and check everything that is published
+release:  ## build and check everything that is published
+	rm -rf build/wheels build/release/packages build/arm64/packages
+	$(MAKE) package package-test wheels wheels-test arm64 arm64-test
 	scripts/check_version.py build/*/packages/*.deb build/wheels/*.whl
 
 clean:  ## remove all build results except downloaded wheels

@@ -138,7 +138,6 @@ std::string completion(const CLI::App& program, const Shell& shell) {
 
 void add_completion_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("completion", "print the completion script of a shell");
-  command->group("");  // hidden: `make install` calls it
   command->require_subcommand(1);
   command->add_subcommand("bash", "for bash")->callback([&app] {
     write_text(stdout, completion(app, kBash));
@@ -146,6 +145,7 @@ void add_completion_command(CLI::App& app) {
   command->add_subcommand("zsh", "for zsh")->callback([&app] {
     write_text(stdout, completion(app, kZsh));
   });
+  command->group("");  // hidden: `make install` calls it; last, since its subcommands would be hidden, too
 }
 
 }  // namespace stillmap

@@ -72,7 +72,9 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         differing = list(differing_results(Path(folder), arguments.frames))
     print("results that differ from the native ones:", ", ".join(differing) or "none", flush=True)
-    labels = "|".join(arguments.modules.split(","))
+    modules = arguments.modules.split(",")
+    run("cmake", "--build", "--preset", "arm64", "--target", *(f"stillmap_{module}_test" for module in modules))
+    labels = "|".join(modules)
     tests = subprocess.run(["ctest", "--preset", "arm64", "-L", f"^({labels})$", "--timeout", "3000", "-j", "2"], cwd=ROOT,
                            check=False)
     return 1 if differing or tests.returncode else 0
