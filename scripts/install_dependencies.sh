@@ -21,7 +21,7 @@ libraries=(
   libcivetweb-dev libjs-three libcurl4-openssl-dev libmosquitto-dev
   python3-dev pybind11-dev libgtest-dev libgmock-dev libbenchmark-dev
 )
-packages=(g++ make cmake ninja-build ccache git python3 python3-venv nodejs "${libraries[@]}")
+packages=(g++ make cmake ninja-build ccache git dpkg-dev python3 python3-venv nodejs "${libraries[@]}")
 fuzz_packages=(clang libclang-rt-dev)
 tool_packages=(eslint)
 wheel_packages=(libprotobuf-dev protobuf-compiler libpng-dev libtiff-dev libwebp-dev)
