@@ -31,4 +31,7 @@ python3 -m pip download --quiet --no-deps --only-binary=:all: --python-version 3
   --platform manylinux_2_35_aarch64 --platform manylinux_2_31_aarch64 --dest "$root/opt" \
   "$(scripts/install_dependencies.sh --openvino)"
 python3 -m zipfile --extract "$root"/opt/openvino-*.whl "$root/opt"
+find "$root/opt" -name '*.so*' -exec aarch64-linux-gnu-strip --strip-unneeded {} +
+# By this file CMake knows the distribution of the packages.
+cp /etc/os-release "$root/etc"
 touch "$root/made"

@@ -4,7 +4,7 @@
 its license, so they run on each distribution whose C library is as new as this one's.
 
   make_wheels.py [PYTHON...]            for this computer; interpreters: python3.11, python3.12, python3.13
-  make_wheels.py --arm64 [PYTHON...]    for 64-bit ARM: the wheels of this computer with cross-compiled programs
+  make_wheels.py --arm64 [PYTHON...]    for 64-bit ARM, cross-compiled
 """
 import argparse
 import os
@@ -58,47 +58,22 @@ def fresh(folder):
     return folder
 
 
-def native_wheel(python):
-    """Builds the wheel of an interpreter for this computer, without the libraries; returns its file."""
+def compiled_wheel(python, arm64):
+    """Builds the wheel of an interpreter, without the libraries; returns its file."""
+    target = "arm64" if arm64 else "native"
+    dependencies = BUILD / "wheel_dependencies" / target
+    defined = {"CMAKE_PREFIX_PATH": dependencies}
+    if arm64:
+        include, suffix = output(python, "-c", PROBE).split()
+        defined = {"CMAKE_TOOLCHAIN_FILE": ROOT / "cmake" / "arm64.cmake", "CMAKE_FIND_ROOT_PATH": dependencies,
+                   "Python3_INCLUDE_DIR": include, "STILLMAP_PYTHON_SOABI": suffix.replace("x86_64", "aarch64"),
+                   "pybind11_DIR": output(tool("python"), "-m", "pybind11", "--cmakedir").strip()}
     folder = fresh(BUILD / "wheels" / "unrepaired")
-    run(python, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", folder, "-C", "build-dir=build/wheel_native",
-        ROOT, env=os.environ | {"CMAKE_PREFIX_PATH": str(BUILD / "wheel_dependencies" / "native")})
+    run(python, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", folder, "-C", f"build-dir=build/wheel_{target}",
+        *(word for name, value in defined.items() for word in ("-C", f"cmake.define.{name}={value}")), ROOT)
+    if arm64:
+        run(tool("wheel"), "tags", "--remove", "--platform-tag", "linux_aarch64", next(folder.glob("*.whl")))
     return next(folder.glob("*.whl"))
-
-
-def arm64_programs(python):
-    """Cross-compiles the module for an interpreter, and the command; returns the module's file and the command's."""
-    include, suffix = output(python, "-c", PROBE).split()
-    suffix = suffix.replace("x86_64", "aarch64")
-    folder = BUILD / "wheel_arm64"
-    dependencies = BUILD / "wheel_dependencies" / "arm64"
-    run("cmake", "-S", ROOT, "-B", folder, "-G", "Ninja", "-D", "CMAKE_BUILD_TYPE=Release",
-        "-D", f"CMAKE_TOOLCHAIN_FILE={ROOT}/cmake/arm64.cmake", "-D", f"CMAKE_FIND_ROOT_PATH={dependencies}",
-        "-D", f"Python3_INCLUDE_DIR={include}", "-D", f"STILLMAP_PYTHON_SOABI={suffix}",
-        "-D", f"pybind11_DIR={output(tool('python'), '-m', 'pybind11', '--cmakedir').strip()}",
-        *(f"-DSTILLMAP_{option}=OFF" for option in ("BUILD_TESTS", "BUILD_BENCHMARKS", "WITH_OPENVINO")),
-        stdout=subprocess.DEVNULL)
-    run("cmake", "--build", folder, "--parallel", os.environ.get("JOBS", os.cpu_count()),
-        "--target", "stillmap_python", "stillmap")
-    return folder / "python" / "stillmap" / f"_native.{suffix}.so", folder / "stillmap"
-
-
-def arm64_wheel(python):
-    """Returns the wheel of an interpreter for 64-bit ARM, without the libraries."""
-    module, command = arm64_programs(python)
-    native = native_wheel(python)
-    unpacked = fresh(BUILD / "wheels" / "unpacked")
-    run(tool("wheel"), "unpack", "--dest", unpacked, native, stdout=subprocess.DEVNULL)
-    package, = unpacked.iterdir()
-    for old in (package / "stillmap").glob("_native*"):
-        old.unlink()
-    shutil.copy(module, package / "stillmap")
-    shutil.copy(command, next(package.glob("*.data")) / "scripts" / "stillmap")
-    tags, = package.glob("*.dist-info/WHEEL")
-    tags.write_text(tags.read_text().replace("x86_64", "aarch64"))
-    native.unlink()
-    run(tool("wheel"), "pack", "--dest-dir", native.parent, package, stdout=subprocess.DEVNULL)
-    return next(native.parent.glob("*.whl"))
 
 
 def with_libraries(wheel, root):
@@ -135,13 +110,12 @@ def main():
     parser.add_argument("--arm64", action="store_true")
     parser.add_argument("python", nargs="*")
     arguments = parser.parse_args()
-    run("scripts/build_wheel_dependencies.sh")
     if arguments.arm64:
         run("scripts/make_arm64_root.sh")
-        run("scripts/build_wheel_dependencies.sh", "arm64")
+    run("scripts/build_wheel_dependencies.sh", "arm64" if arguments.arm64 else "native")
     too_large = False
     for python in interpreters(arguments.python):
-        wheel = arm64_wheel(python) if arguments.arm64 else native_wheel(python)
+        wheel = compiled_wheel(python, arguments.arm64)
         root = BUILD / "arm64_root" if arguments.arm64 else Path("/")
         published = with_licenses(with_libraries(wheel, root))
         print(f"{published.relative_to(ROOT)}: {published.stat().st_size / 1e6:.1f} MB")
