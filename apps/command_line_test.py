@@ -136,7 +136,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual([line for line in progress if len(line) >= 20], [])
 
     def test_help_names_the_types_of_values(self):
-        for command in ("run", "view", "warn", "dense", "eval", "compare", "reproduce", "simulate", "demo", "calibrate", "doctor", "info",
+        for command in ("run", "view", "warn", "dense", "eval", "compare", "simulate", "demo", "calibrate", "doctor", "info",
                         "map info", "map slim", "map export", "presets", "options"):
             text = self.succeeded(stillmap(*command.split(), "--help")).stdout
             self.assertNotRegex(text, r"TEXT|UINT|NUMBER|NONNEGATIVE|Needs:|Excludes:", command)
@@ -284,7 +284,7 @@ class CommandLine(unittest.TestCase):
     def test_an_unknown_command_or_option_names_the_nearest(self):
         self.refused(stillmap("simulat"), 2, "there is no command 'simulat'", "did you mean 'simulate'?")
         self.refused(stillmap("map", "inf", self.map), 2, "stillmap map: there is no command 'inf'", "'info'")
-        for command in ("run", "view", "warn", "dense", "eval", "compare", "reproduce", "simulate", "demo", "doctor", "presets", "options"):
+        for command in ("run", "view", "warn", "dense", "eval", "compare", "simulate", "demo", "doctor", "presets", "options"):
             self.refused(stillmap(command, "--hepl"), 2, f"stillmap {command}: there is no option '--hepl'",
                          "did you mean '--help'?")
         self.refused(stillmap("run", self.sequence, "--prest=static"), 2, "did you mean '--preset'?")

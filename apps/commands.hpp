@@ -27,7 +27,6 @@ void add_recover_command(CLI::App& app, int& exit_code);
 void add_dense_command(CLI::App& app, int& exit_code);
 void add_eval_command(CLI::App& app, int& exit_code);
 void add_compare_command(CLI::App& app, int& exit_code);
-void add_reproduce_command(CLI::App& app, int& exit_code);
 void add_simulate_command(CLI::App& app, int& exit_code);
 void add_demo_command(CLI::App& app, int& exit_code);
 void add_warn_command(CLI::App& app, int& exit_code);

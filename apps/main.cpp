@@ -73,7 +73,6 @@ int run(int argc, char** argv) {
   add_dense_command(app, exit_code);
   add_eval_command(app, exit_code);
   add_compare_command(app, exit_code);
-  add_reproduce_command(app, exit_code);
   add_simulate_command(app, exit_code);
   add_demo_command(app, exit_code);
   add_calibrate_command(app, exit_code);

@@ -43,7 +43,12 @@ def call(command, log):
     before = processor_time()
     with log.open("w", encoding="utf-8") as to:
         process = subprocess.Popen([str(word) for word in command], stdout=to, stderr=subprocess.STDOUT)
-        _, status, usage = os.wait4(process.pid, 0)
+        try:
+            _, status, usage = os.wait4(process.pid, 0)
+        except KeyboardInterrupt:
+            process.terminate()
+            process.wait()
+            raise
         process.returncode = os.waitstatus_to_exitcode(status)
     after = processor_time()
     if process.returncode not in (0, UNTRUSTED):
@@ -75,16 +80,19 @@ def run_command(program, sequence, out, words=(), model=None, settings=()):
     return [str(word) for word in command]
 
 
-def ensure_run(name, command, out, again=False, optional=(), outputs=()):
+def ensure_run(name, command, out, again=False, optional=(), outputs=(), inputs=()):
     """Runs the program, unless the same program already made these results with the same command line.
 
     @param optional  words that only add output: results made without them count if `outputs` are there
+    @param inputs    files of the command line, such as networks: results count if these have not changed
     @return summary.json. Throws Failed."""
     made_by = {"command": [word for word in command if word not in optional], "program": sha256_of(Path(command[0]))}
+    if inputs:
+        made_by["inputs"] = [sha256_of(file) for file in inputs]
     made = read_json(out / "run.json") == made_by and all((out / file).exists() for file in outputs)
     if not made or again or not read_json(out / "summary.json"):
         out.mkdir(parents=True, exist_ok=True)
-        for stale in ("run.json", "summary.json", "labels.json", "still.json", "ghosts.json", "error.txt"):
+        for stale in ("run.json", "summary.json", "labels.json", "still.json", "ghosts.json", "evaluation.json", "error.txt"):
             (out / stale).unlink(missing_ok=True)
         say(f"{name} ...")
         call(command, out / "run.log")
@@ -179,6 +187,11 @@ def leaf(tree, *path):
 def stage_of(summary, name):
     """Returns the timing of the first stage whose name has this prefix; {} if there is none."""
     return next((stage for stage in summary.get("timing_ms", []) if stage["name"].startswith(name)), {})
+
+
+def mean_ms(summary, name):
+    """Returns the mean time of a stage [ms]; 0 if it did not run."""
+    return next((stage["mean_ms"] for stage in summary["timing_ms"] if stage["name"] == name), 0)
 
 
 def figures_of(summary):

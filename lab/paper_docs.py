@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Copies the tables of `stillmap reproduce` into docs/papers.md and lab/records/papers_tables.md.
+"""Copies the tables of `lab reproduce` into docs/papers.md and lab/records/papers_tables.md.
 
   python3 -m lab paper_docs RESULTS_DIR [--root DIR]
 
-RESULTS_DIR holds the output folders of `stillmap reproduce` under the names used in the documents. The text between
+RESULTS_DIR holds the output folders of `lab reproduce` under the names used in the documents. The text between
 `<!-- table: FOLDER/NAME -->` and `<!-- end of table -->` is replaced by the table NAME of a .md file in RESULTS_DIR/FOLDER,
 the text between `<!-- file: FOLDER/FILE -->` and `<!-- end of file -->` by that file. Parts whose folder is missing are kept.
 """
