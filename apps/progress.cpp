@@ -30,12 +30,13 @@ void replace_line(std::string line) {
   std::fflush(stderr);
 }
 
-}  // namespace
-
+/// Returns a duration [s] as a text in seconds or minutes.
 std::string duration_text(double seconds) {
   const int s = static_cast<int>(seconds + 0.5);
   return s < 60 ? fmt::format("{} s", s) : fmt::format("{}:{:02d} min", s / 60, s % 60);
 }
+
+}  // namespace
 
 bool Progress::hidden = false;
 

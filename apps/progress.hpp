@@ -9,9 +9,6 @@
 
 namespace stillmap {
 
-/// Returns a duration [s] as a text in seconds or minutes.
-std::string duration_text(double seconds);
-
 /// Progress display: a bar on a terminal, otherwise a line every few seconds. Writes to standard
 /// error, so that results can be piped.
 class Progress {

@@ -184,6 +184,21 @@ std::filesystem::path truth_file(const RunRequest& request) {
                                : std::filesystem::path(request.truth);
 }
 
+/// Returns the true trajectory of the recording; none if it has none.
+std::optional<Trajectory> truth_of(const RunRequest& request) {
+  const std::filesystem::path file = truth_file(request);
+  if (file.empty()) return std::nullopt;
+  Trajectory truth = true_camera_trajectory(file, truth_frame_of(file, request.truth_frame));
+  if (request.rotate == 0) return truth;
+  return in_camera_frame(truth, {Pose(), turned_camera(request.rotate)});
+}
+
+/// Returns the absolute path of the recording, or the name of a live camera.
+std::string recording_of(const RunRequest& request) {
+  if (names_live_camera(request.sequence)) return request.sequence;
+  return std::filesystem::absolute(request.sequence).lexically_normal().string();
+}
+
 /// Returns the truth. A file that lies in the folder of the sequence, without being named, and
 /// cannot be read becomes a finding.
 std::optional<Trajectory> found_truth(const RunRequest& request, std::vector<Finding>& findings) {
@@ -211,24 +226,6 @@ Options options_of(const RunRequest& request) {
   for (const std::string& setting : request.settings) set_option(setting, options);
   check_options(options);
   return options;
-}
-
-std::optional<Trajectory> truth_of(const RunRequest& request) {
-  const std::filesystem::path file = truth_file(request);
-  if (file.empty()) return std::nullopt;
-  Trajectory truth = true_camera_trajectory(file, truth_frame_of(file, request.truth_frame));
-  if (request.rotate == 0) return truth;
-  return in_camera_frame(truth, {Pose(), turned_camera(request.rotate)});
-}
-
-std::string recording_of(const RunRequest& request) {
-  if (names_live_camera(request.sequence)) return request.sequence;
-  return std::filesystem::absolute(request.sequence).lexically_normal().string();
-}
-
-bool needs_instances(const Options& options) {
-  const MotionCues cues = make_cues(parameters_of(options).motion);
-  return use_instances(cues) && use_instances_only(cues);
 }
 
 Session session_of(const RunRequest& request, const Options& options) {

@@ -38,16 +38,6 @@ struct RunRequest {
 /// options, settings.
 Options options_of(const RunRequest& request);
 
-/// Returns the true trajectory of the recording; none if it has none.
-std::optional<Trajectory> truth_of(const RunRequest& request);
-
-/// Returns the absolute path of the recording, or the name of a live camera.
-std::string recording_of(const RunRequest& request);
-
-/// Returns whether nothing is detected as moving without a network or masks, although the options
-/// have motion cues.
-bool needs_instances(const Options& options);
-
 /// Opens recording, network and map, and checks the outputs. Throws Error for anything that would
 /// end the run early.
 /// @param options  as returned by options_of()

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 namespace stillmap {
 namespace {
@@ -77,11 +76,6 @@ FigureCell::FigureCell(std::optional<double> figure, int digits) : decimals(digi
 }
 
 std::string FigureCell::shown() const {
-  if (value && runs.size() > 1) {
-    std::vector<std::string> all;
-    for (const double run : runs) all.push_back(rounded(run, decimals));
-    return fmt::format("{} ({})", rounded(*value, decimals), fmt::join(all, " "));
-  }
   if (value) return rounded(*value, decimals);
   return text.empty() ? "-" : text;
 }
@@ -126,23 +120,6 @@ std::string table_latex(const FigureTable& table) {
   text += "\\hline\n\\end{tabular}\n";
   for (const std::string& note : table.notes) text += fmt::format("\n{}\n", in_latex(note));
   return text + "\\end{table}\n";
-}
-
-void to_json(nlohmann::json& json, const FigureTable& table) {
-  json = {{"title", table.title}, {"columns", table.columns}, {"notes", table.notes}};
-  json["rows"] = nlohmann::json::array();
-  for (const auto& row : table.rows) {
-    nlohmann::json entry = nlohmann::json::object();
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      nlohmann::json& cell = entry[table.columns[i]];
-      if (row[i].value) {
-        cell = *row[i].value;
-      } else if (!row[i].text.empty()) {
-        cell = row[i].text;
-      }
-    }
-    json["rows"].push_back(std::move(entry));
-  }
 }
 
 }  // namespace stillmap

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 namespace stillmap {
 
 /// A cell of a table: a text, or a number with its decimals, or nothing (shown as a dash).
@@ -18,7 +16,6 @@ struct FigureCell {
 
   std::string text;             ///< The text of a cell without value.
   std::optional<double> value;  ///< The number, not rounded.
-  std::vector<double> runs;     ///< Values of the runs with mean `value`; shown if several.
   int decimals = 0;
   /// Returns the cell as it is shown.
   std::string shown() const;
@@ -37,8 +34,5 @@ std::string table_markdown(const FigureTable& table);
 
 /// Returns the table as a LaTeX float with a tabular, for which no package is needed.
 std::string table_latex(const FigureTable& table);
-
-/// Writes title, columns, notes and rows as objects with the columns as keys (for nlohmann::json).
-void to_json(nlohmann::json& json, const FigureTable& table);
 
 }  // namespace stillmap

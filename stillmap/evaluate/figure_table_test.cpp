@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 namespace stillmap {
 namespace {
@@ -41,14 +40,6 @@ TEST(FigureTable, EscapesTheNamesOfRuns) {
   EXPECT_NE(latex.find("\\textasciitilde{}\\textasciicircum{}\\textbackslash{}\\{\\} & 2"),
             std::string::npos)
       << latex;
-}
-
-TEST(FigureTable, KeepsAllDigitsInJson) {
-  const nlohmann::json json = small_table();
-  EXPECT_EQ(json["rows"][0]["gain [%]"], 95.418);
-  EXPECT_EQ(json["rows"][0]["sequence"], "walking_xyz");
-  EXPECT_TRUE(json["rows"][1]["gain [%]"].is_null());
-  EXPECT_EQ(json["notes"][0], "Mean of 3 runs.");
 }
 
 TEST(FigureCell, IsADashForAValueThatIsNotFinite) {

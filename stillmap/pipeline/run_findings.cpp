@@ -14,6 +14,16 @@
 namespace stillmap {
 namespace {
 
+/// Returns whether the paper of a preset uses masks, so that the boxes of a network are not enough.
+bool needs_masks(const std::string& preset) {
+  return preset == "seg-mask" || preset == "gated-seg";
+}
+
+/// Returns whether the paper of a preset uses a network's boxes or masks.
+bool needs_detector(const std::string& preset) {
+  return needs_masks(preset) || preset == "box-flow" || preset == "box-epipolar";
+}
+
 /// Minimum share of frames with a pose [0..1].
 constexpr double kMinCoverage = 0.5;
 /// Maximum share of poses that are uncertain as they contradict the motion [0..1]. Poses of which
@@ -270,14 +280,6 @@ void add_late_frames(const RunDetails& record, std::vector<Finding>& findings) {
 }
 
 }  // namespace
-
-bool needs_detector(const std::string& preset) {
-  return needs_masks(preset) || preset == "box-flow" || preset == "box-epipolar";
-}
-
-bool needs_masks(const std::string& preset) {
-  return preset == "seg-mask" || preset == "gated-seg";
-}
 
 std::vector<Finding> run_findings(const RunDetails& run) {
   std::vector<Finding> findings;

@@ -58,35 +58,35 @@ double width_of(const std::string& label) {
   return width;
 }
 
-void draw_x_ticks(Canvas& canvas, const ChartArea& area, const std::vector<LabeledTick>& ticks,
+void draw_x_ticks(Svg& svg, const ChartArea& area, const std::vector<LabeledTick>& ticks,
                   std::string_view title) {
   constexpr double kGap = 6;  // least distance of two labels [pixels]
   std::vector<ValueRange> used;
   for (const auto& [value, label] : ticks) {
     const double x = area.px(value);
-    canvas.line({x, area.top}, {x, area.bottom()}, "grid");
+    svg.line({x, area.top}, {x, area.bottom()}, "grid");
     const ValueRange extent = ValueRange{x, x}.grown((width_of(label) + kGap) / 2);
     const bool is_free = std::none_of(used.begin(), used.end(), [&](const ValueRange& other) {
       return extent.low < other.high && other.low < extent.high;
     });
     if (label.empty() || !is_free) continue;
-    canvas.text({x, area.bottom() + 18}, label, "middle", "tick");
+    svg.text({x, area.bottom() + 18}, label, "middle", "tick");
     used.push_back(extent);
   }
-  canvas.text({area.left + area.width / 2, area.bottom() + 38}, title, "middle");
+  svg.text({area.left + area.width / 2, area.bottom() + 38}, title, "middle");
 }
 
-void draw_y_ticks(Canvas& canvas, const ChartArea& area, const std::vector<LabeledTick>& ticks,
+void draw_y_ticks(Svg& svg, const ChartArea& area, const std::vector<LabeledTick>& ticks,
                   std::string_view title) {
   double widest = 0;
   for (const auto& [value, label] : ticks) {
     const double y = area.py(value);
-    canvas.line({area.left, y}, {area.right(), y}, "grid");
-    if (!label.empty()) canvas.text({area.left - 8, y + 4}, label, "end", "tick");
+    svg.line({area.left, y}, {area.right(), y}, "grid");
+    if (!label.empty()) svg.text({area.left - 8, y + 4}, label, "end", "tick");
     widest = std::max(widest, width_of(label));
   }
   const double beside_labels = area.left - std::max(46.0, 14 + widest);
-  canvas.text_upwards({beside_labels, area.top + area.height / 2}, title);
+  svg.text_upwards({beside_labels, area.top + area.height / 2}, title);
 }
 
 }  // namespace
@@ -137,26 +137,26 @@ void ChartArea::fit_equal_scale() {
   y = y.grown((height / scale - y.size()) / 2);
 }
 
-void draw_x_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title) {
-  draw_x_ticks(canvas, area, nice_labeled_ticks(area.x, ticks, false), title);
+void draw_x_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title) {
+  draw_x_ticks(svg, area, nice_labeled_ticks(area.x, ticks, false), title);
 }
 
-void draw_y_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title,
+void draw_y_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title,
                  bool reversed) {
-  draw_y_ticks(canvas, area, nice_labeled_ticks(area.y, ticks, reversed), title);
+  draw_y_ticks(svg, area, nice_labeled_ticks(area.y, ticks, reversed), title);
 }
 
-void draw_logarithmic_x_axis(Canvas& canvas, const ChartArea& area, std::string_view title) {
-  draw_x_ticks(canvas, area, logarithmic_ticks(area.x), title);
+void draw_logarithmic_x_axis(Svg& svg, const ChartArea& area, std::string_view title) {
+  draw_x_ticks(svg, area, logarithmic_ticks(area.x), title);
 }
 
-void draw_logarithmic_y_axis(Canvas& canvas, const ChartArea& area, std::string_view title) {
-  draw_y_ticks(canvas, area, logarithmic_ticks(area.y), title);
+void draw_logarithmic_y_axis(Svg& svg, const ChartArea& area, std::string_view title) {
+  draw_y_ticks(svg, area, logarithmic_ticks(area.y), title);
 }
 
-void draw_axes(Canvas& canvas, const ChartArea& area, const ProjectionPlane& plane) {
-  draw_x_axis(canvas, area, 6, plane.right.label());
-  draw_y_axis(canvas, area, 6, plane.up.label(), plane.up.reversed);
+void draw_axes(Svg& svg, const ChartArea& area, const ProjectionPlane& plane) {
+  draw_x_axis(svg, area, 6, plane.right.label());
+  draw_y_axis(svg, area, 6, plane.up.label(), plane.up.reversed);
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> continuous_ranges(

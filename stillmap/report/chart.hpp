@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/geometry/trajectory.hpp"
-#include "stillmap/report/canvas.hpp"
+#include "stillmap/report/svg.hpp"
 
 #include <array>
 #include <span>
@@ -50,14 +50,14 @@ struct ChartArea {
 /// Draws grid lines, tick labels and the title of an axis. Labels that would touch another one are
 /// left out. The title of a y axis is beside the labels, up to 70 pixels left of the area.
 /// @param ticks  approximate number of ticks
-void draw_x_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title);
-void draw_y_axis(Canvas& canvas, const ChartArea& area, int ticks, std::string_view title,
+void draw_x_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title);
+void draw_y_axis(Svg& svg, const ChartArea& area, int ticks, std::string_view title,
                  bool reversed = false);
 
 /// The same for an axis whose values are decimal logarithms of the labeled values, with grid lines
 /// at 1, 2 and 5 times the powers of ten; the lines at 2 and 5 are labeled on short axes.
-void draw_logarithmic_x_axis(Canvas& canvas, const ChartArea& area, std::string_view title);
-void draw_logarithmic_y_axis(Canvas& canvas, const ChartArea& area, std::string_view title);
+void draw_logarithmic_x_axis(Svg& svg, const ChartArea& area, std::string_view title);
+void draw_logarithmic_y_axis(Svg& svg, const ChartArea& area, std::string_view title);
 
 /// Returns the [first, end) indices of the parts of the samples without gaps. A gap is a time step
 /// longer than 3.5 times the median step, because tracking was lost.
@@ -93,6 +93,6 @@ ProjectionPlane plane_from_the_side(const Eigen::Vector3d& up_axis,
                                     std::span<const Eigen::Vector3d> points);
 
 /// Draws the axes of a projection.
-void draw_axes(Canvas& canvas, const ChartArea& area, const ProjectionPlane& plane);
+void draw_axes(Svg& svg, const ChartArea& area, const ProjectionPlane& plane);
 
 }  // namespace stillmap

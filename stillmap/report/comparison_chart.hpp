@@ -3,20 +3,14 @@
 #include "stillmap/evaluate/compare.hpp"
 #include "stillmap/report/svg.hpp"
 
-#include <opencv2/core.hpp>
-
 namespace stillmap {
 
 /// Draws the path of each run (blue) and the truth (gray) from above, with red lines between
-/// corresponding points, as in figure 5 of SLAM3-YOLOv8; one panel per run. With several sequences
-/// and several systems there is one row per sequence and one column per system. Throws Error
-/// without a run.
+/// corresponding points, as in figure 5 of SLAM3-YOLOv8; one panel per run. Throws Error without a
+/// run.
 Svg comparison_chart(const Comparison& comparison);
 
 /// Draws the same for one run, small and without legend, for a page that may be narrow.
 Svg run_paths_chart(const ComparedRun& run);
-
-/// Returns the drawing of all runs as an image, 8UC3 BGR.
-cv::Mat comparison_image(const Comparison& comparison);
 
 }  // namespace stillmap

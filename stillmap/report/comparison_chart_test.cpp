@@ -44,11 +44,11 @@ TEST(ComparisonChart, ShowsTruthEstimateAndErrorsOfEveryRun) {
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
 }
 
-TEST(ComparisonChart, HasARowPerSequenceAndAColumnPerSystem) {
+TEST(ComparisonChart, HasAtMostThreePanelsInARow) {
   std::vector<RecordedRun> runs = two_systems();
-  runs.push_back({"seg-mask", "sit", wobbling(0.02), wobbling(0), 200});
+  runs.insert(runs.end(), {runs[0], runs[1], runs[0]});
   const std::string svg = comparison_chart(compare_runs(runs)).element();
-  EXPECT_THAT(svg, HasSubstr("viewBox=\"0 0 1280 1288\""));  // two panels wide, two high
+  EXPECT_THAT(svg, HasSubstr("viewBox=\"0 0 1920 1288\""));  // three panels wide, two high
 }
 
 TEST(ComparisonChart, ShowsARunThatCannotBeEvaluated) {
@@ -56,18 +56,6 @@ TEST(ComparisonChart, ShowsARunThatCannotBeEvaluated) {
   for (auto& pose : runs[1].estimate) pose.timestamp += 1000;
   EXPECT_THAT(comparison_chart(compare_runs(runs)).element(), HasSubstr("not evaluated"));
   EXPECT_THROW(comparison_chart({}), Error);
-}
-
-TEST(ComparisonImage, ShowsTruthEstimateAndErrorsInTheColorsOfTheChart) {
-  const cv::Mat3b image = comparison_image(compare_runs(two_systems()));
-  ASSERT_EQ(image.size(), cv::Size(1280, 668));
-  const auto pixels = [&](const cv::Vec3b& color) {
-    return std::count(image.begin(), image.end(), color);
-  };
-  EXPECT_GT(pixels({0xc2, 0x6f, 0x1f}), 500) << "the estimate";
-  EXPECT_GT(pixels({0x45, 0x45, 0xd6}), 500) << "the errors";
-  EXPECT_GT(pixels({0xa5, 0x97, 0x8b}), 200) << "the truth";
-  EXPECT_GT(pixels({255, 255, 255}), 600'000) << "the background";
 }
 
 TEST(ComparisonChart, TheFileNeedsNoOtherStyleSheet) {
