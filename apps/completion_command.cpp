@@ -145,7 +145,8 @@ void add_completion_command(CLI::App& app) {
   command->add_subcommand("zsh", "for zsh")->callback([&app] {
     write_text(stdout, completion(app, kZsh));
   });
-  command->group("");  // hidden: `make install` calls it; last, since its subcommands would be hidden, too
+  // Hidden: `make install` calls it. Set last, so that errors list its subcommands.
+  command->group("");
 }
 
 }  // namespace stillmap
