@@ -198,7 +198,7 @@ class Runs(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.folder = Path(cls.temporary.name)
         cls.data, cls.out, cls.crane_out = (cls.folder / name for name in ("data", "out", "crane"))
-        cls.sequence = simulated(cls.data / "fr3_walking_xyz", "--people", "1", "--height", "240", "--fps", "10")
+        cls.sequence = simulated(cls.data / "fr3_walking_xyz", "--people", "1", "--height", "240", "--fps", "8")
         for yard, *words in (("static", "0"), ("dynamic", "1"), ("loaded", "1", "--near-objects")):
             simulated(cls.data / f"yard_{yard}", "--scene", "yard", "--camera", "trolley", "--camera-model", "realsense_d435i", "--fps",
                       "15", "--people", words[0], "--objects", *words)
