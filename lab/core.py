@@ -189,11 +189,6 @@ def stage_of(summary, name):
     return next((stage for stage in summary.get("timing_ms", []) if stage["name"].startswith(name)), {})
 
 
-def mean_ms(summary, name):
-    """Returns the mean time of a stage [ms]; 0 if it did not run."""
-    return next((stage["mean_ms"] for stage in summary["timing_ms"] if stage["name"] == name), 0)
-
-
 def figures_of(summary):
     """Returns the figures of a run that the tables show."""
     evaluation = summary.get("evaluation", {})

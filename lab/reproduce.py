@@ -179,12 +179,13 @@ def evaluated(sequence, trajectory, out, arguments, *words):
 
 def figures_of(summary):
     """Returns the figures of a run that the tables need besides its errors."""
-    tracking, frames = core.mean_ms(summary, "tracking"), summary["frames"]
+    tracking, waiting = (core.stage_of(summary, name).get("mean_ms", 0) for name in ("tracking", "waiting for network and map"))
+    frames = summary["frames"]
     share = {} if frames["highly_dynamic"] is None else {"highly_dynamic": frames["highly_dynamic"] / frames["total"]}
     untrusted = [finding for finding in summary["findings"]
                  if finding["severity"] == "untrusted" and finding["code"] not in OTHER_FINDINGS]
     return {"tracking_ms": {"mean": tracking}, "total_ms": {"mean": 1000 / summary["frames_per_second"]},
-            "with_detector_ms": {"mean": tracking + core.mean_ms(summary, "waiting for network and map")},
+            "with_detector_ms": {"mean": tracking + waiting},
             "machine": summary["machine"], "detector": summary["detector"], "findings": untrusted, **share}
 
 
