@@ -5,14 +5,18 @@
 # runs the hooks of mmdebstrap in it. pip works in it with this computer's certificates.
 
 in_clean_root() {
-  local release=$1 packages=$2 mirror=http://deb.debian.org/debian keys=debian-archive-keyring.gpg areas=main
+  local release=$1 packages=$2 mirror=http://deb.debian.org/debian areas=main
+  local keys=debian-archive-keyring.gpg package=debian-archive-keyring
   shift 2
   case $release in
-    noble) mirror=http://archive.ubuntu.com/ubuntu keys=ubuntu-archive-keyring.gpg areas="main universe" ;;
+    noble)
+      mirror=http://archive.ubuntu.com/ubuntu areas="main universe"
+      keys=ubuntu-archive-keyring.gpg package="ubuntu-keyring (in Debian from release 13 on)"
+      ;;
   esac
   if ! command -v mmdebstrap >/dev/null || [ ! -e "/usr/share/keyrings/$keys" ]; then
     echo "error: mmdebstrap or /usr/share/keyrings/$keys is missing" >&2
-    echo "  fix: apt-get install mmdebstrap, and the package of the keys (${keys%.gpg})" >&2
+    echo "  fix: install the packages mmdebstrap and $package" >&2
     return 1
   fi
   local certificates=/etc/ssl/certs/ca-certificates.crt
