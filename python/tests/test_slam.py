@@ -174,9 +174,77 @@ def test_a_saved_map_is_a_start_for_another_run(frames, camera, tmp_path):
         again = stillmap.Slam(camera, load_map=tmp_path / name, extend_map=False)
         updates = [again.push(frame) for frame in frames]
         assert updates[0].state == "lost" and "not recognized yet" in updates[0].reason
-        assert updates[-1].state == "tracked"
+        assert updates[-1].state == "tracked" and updates[-1].in_saved_map and not updates[0].in_saved_map
     with pytest.raises(stillmap.Error, match="nowhere.map"):
         stillmap.Slam(camera, load_map="/nowhere.map")
+
+
+def test_a_map_is_loaded_while_it_runs(frames, camera, tmp_path):
+    slam = stillmap.Slam(camera, movers={"enabled": False})
+    for frame in frames:
+        slam.push(frame)
+    slam.save_map(tmp_path / "office.map")
+    slam.finish()
+    again = stillmap.Slam(camera, movers={"enabled": False})
+    half = len(frames) // 2
+    for frame in frames[half // 2:half]:
+        again.push(frame)
+    assert again.load_map(tmp_path / "office.map") == ""
+    for frame in frames[half:]:
+        again.push(frame)
+    results = again.finish()
+    expected = dict(zip(slam.trajectory[:, 0], slam.trajectory[:, 1:4]))
+    for stamp, *position in results.trajectory[:, :4]:
+        np.testing.assert_allclose(position, expected[stamp], atol=0.03)
+    with pytest.raises(stillmap.Error, match="nowhere.map"):
+        stillmap.Slam(camera).load_map("/nowhere.map")
+
+
+def test_warnings_of_rules(frames, camera, tmp_path):
+    rules = tmp_path / "rules.yaml"
+    rules.write_text("zones: [{name: all, polygon: [[-9, 1, -9], [9, 1, -9], [9, 1, 9], [-9, 1, 9]], height: [-9, 9]}]")
+    slam = stillmap.Slam(camera, masks=True)
+    assert slam.warnings == []
+    slam.watch(rules)
+    mask = np.zeros((camera.height, camera.width), np.uint8)
+    mask[camera.height // 4:, camera.width // 3:camera.width // 2] = 255
+    for frame in frames:
+        slam.push(frame, mask)
+    inside = [w for w in slam.warnings if w.kind == "zone"]
+    assert {w.mover for w in inside} == {m.id for m in slam.movers} != set()
+    assert inside[0].rule == "all" and inside[0].class_name == "person" and inside[0].position.shape == (3,)
+    assert str(inside[0]) == f"person {inside[0].mover} is in zone 'all'"
+    with pytest.raises(stillmap.Error, match="polygon"):
+        rules.write_text("zones: [{name: none, polygon: []}]")
+        slam.watch(rules)
+
+
+def test_a_stereo_pair_is_pushed():
+    texture = np.random.default_rng(1).integers(0, 256, (240, 332, 3), np.uint8)
+    left, right = texture[:, :320], texture[:, 12:]
+    camera = stillmap.Camera(320, 240, 350, 350, 160, 120, depth_factor=1000, sensor="stereo", baseline=0.12)
+    slam = stillmap.Slam(camera)
+    assert slam.push_stereo(left, right, 1.0).index == 0
+    depth = slam.newest.depth[120, 200]
+    assert abs(depth - 3.5) < 0.04
+    with pytest.raises(stillmap.Error, match="exchanged"):
+        stillmap.Slam(camera).push_stereo(right, left, 1.0)
+
+
+def test_voxels_of_the_live_cloud(frames, camera):
+    slam = stillmap.Slam(camera, movers={"enabled": False})
+    for frame in frames:
+        slam.push(frame)
+        if frame is frames[-4]:
+            before = slam.snapshot()
+    after = slam.snapshot()
+    assert len(after.cloud_voxels) == len(after.cloud) == len(np.unique(after.cloud_voxels)) > 1000
+    assert after.cloud_voxels.dtype == np.uint64
+    _, i, k = np.intersect1d(before.cloud_voxels, after.cloud_voxels, return_indices=True)
+    assert len(i) > 1000
+    assert np.abs(before.cloud.points[i] - after.cloud.points[k]).max() < 0.0201, "in the same voxel of 2 cm"
+    slam.finish()
+    assert len(slam.snapshot().cloud_voxels) == 0
 
 
 def test_an_unknown_place_is_explained(frames, camera, tmp_path):

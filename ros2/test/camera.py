@@ -2,7 +2,7 @@
 """A camera in a process of its own: publishes a recording on color, depth and camera_info.
 
   camera.py RECORDING [--rate HZ] [--first N] [--count N] [--now] [--clock] [--best-effort] [--compressed]
-            [--late S] [--half] [--frame NAME] [--back S] [--repeat N] [--imu] [--wheels]
+            [--late S] [--half] [--frame NAME] [--back S] [--repeat N] [--imu] [--wheels] [--stereo]
 """
 import argparse
 import array
@@ -19,6 +19,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
 
 import stillmap
 
+BASELINE = 0.1  # of a stereo pair [m]
 PATIENCE = 20  # time in which a subscriber must come [s]
 
 
@@ -38,6 +39,7 @@ def parse():
     parser.add_argument("--back", type=float, default=0, help="time subtracted from the stamps [s]")
     parser.add_argument("--imu", action="store_true", help="publish the samples of imu0/data.csv, too")
     parser.add_argument("--wheels", action="store_true", help="publish the samples of odometry.txt, too")
+    parser.add_argument("--stereo", action="store_true", help="publish a right image in place of depth")
     parser.add_argument("--frame", default="camera_color_optical_frame")
     return parser.parse_args()
 
@@ -54,6 +56,29 @@ def compressed(pixels, text, header, kind=".png", prefix=b""):
     return CompressedImage(header=header, format=text, data=array.array("B", data))
 
 
+def right_image(left, depth, bf):
+    """Returns the image of a camera to the right: each pixel moves to the left by bf / depth; what no pixel covers is noise."""
+    right = np.random.default_rng(1).integers(0, 255, left.shape, np.uint8)
+    nearest = np.zeros(depth.shape, np.float32)  # disparity [pixels]
+    v, u = np.nonzero(depth > 0)
+    disparity = bf / depth[v, u]
+    order = np.argsort(disparity, kind="stable")  # nearer surfaces last
+    v, u, disparity = v[order], u[order], disparity[order]
+    for offset in (0, 1):
+        column = np.floor(u - disparity).astype(int) + offset
+        inside = (column >= 0) & (column < depth.shape[1])
+        shown = disparity[inside] >= nearest[v[inside], column[inside]]
+        rows, columns, source = v[inside][shown], column[inside][shown], u[inside][shown]
+        nearest[rows, columns] = disparity[inside][shown]
+        exact = columns + disparity[inside][shown]  # column of the left image, between pixels
+        low = np.clip(np.floor(exact).astype(int), 0, depth.shape[1] - 2)
+        share = np.clip(exact - low, 0, 1)[:, None]
+        near = np.abs(source - exact) <= 1
+        blended = (1 - share) * left[rows, low] + share * left[rows, low + 1]
+        right[rows[near], columns[near]] = blended[near].astype(np.uint8)
+    return right
+
+
 class Camera:
     def __init__(self, arguments):
         self.arguments = arguments
@@ -66,7 +91,7 @@ class Camera:
         kind = CompressedImage if arguments.compressed else Image
         color, depth = ("color/compressed", "depth/compressedDepth") if arguments.compressed else ("color", "depth")
         self.color = self.node.create_publisher(kind, color, qos)
-        self.depth = self.node.create_publisher(kind, depth, qos)
+        self.depth = self.node.create_publisher(kind, "right" if arguments.stereo else depth, qos)
         self.info = self.node.create_publisher(CameraInfo, "camera_info", qos)
         self.imu = self.node.create_publisher(Imu, "imu", 400)
         self.wheels = self.node.create_publisher(Odometry, "wheel_odometry", 400)
@@ -91,6 +116,10 @@ class Camera:
         info.header.stamp = stamp
         bgr = np.ascontiguousarray(frame.rgb[::half, ::half, ::-1])
         depth = np.ascontiguousarray(frame.depth[::half, ::half])
+        if self.arguments.stereo:
+            right = right_image(bgr, depth, BASELINE * camera.fx)
+            info.p = [camera.fx, 0.0, camera.cx, -BASELINE * camera.fx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+            return info, image(bgr, "bgr8", info.header), image(right, "bgr8", info.header)
         if self.arguments.compressed:
             millimeters = np.round(1000 * depth).astype(np.uint16)
             return (info, compressed(bgr, "bgr8; png compressed bgr8", info.header),

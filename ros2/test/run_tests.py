@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 FOLDER = Path(__file__).resolve().parent
-PROBE = "import cv2, numpy, pytest, rclpy, stillmap, tf2_msgs.msg"
+PROBE = "import cv2, numpy, pytest, rclpy, stillmap, stillmap_msgs.msg, tf2_msgs.msg"
 
 
 def main():

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node on ROS 2 with a camera in another process, and the messages that a robot and Nav2 receive."""
 import json
+import shutil
 import signal
 
 import cv2
@@ -102,6 +103,48 @@ def test_the_grid_lies_on_the_floor_and_has_the_walls_but_not_the_people(process
     assert near[values == 100].mean() > 0.97, "nothing is where people walked"
     marker = robot.got["movers"][-1].markers
     assert all(m.header.frame_id == "map" for m in marker)
+
+
+def test_movers_are_tracked_and_warned_of_in_the_frame_of_the_map(processes, robot, recording, tmp_path):
+    zones = tmp_path / "zones.yaml"
+    zones.write_text("zones: [{name: room, polygon: [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], height: [0, 3]}]")
+    play(processes, robot, recording, zones=zones)
+    assert robot.spin_until(lambda: any(m.movers for m in robot.got.get("tracks", [])), 10)
+    newest = [m for m in robot.got["tracks"] if m.movers][-1]
+    assert newest.header.frame_id == "map"
+    for mover in newest.movers:
+        assert mover.id > 0 and mover.class_name
+        assert -0.3 < mover.box_min.z < mover.position.z < mover.box_max.z < 2.5, "on the floor of the map"
+        later, v = mover.predicted[1], mover.velocity
+        assert abs(later.x - mover.position.x - 2 * mover.predicted_step * v.x) < 1e-6
+    assert robot.spin_until(lambda: any(w.kind == "zone" for m in robot.got.get("warnings", []) for w in m.warnings), 10)
+    warning = [w for m in robot.got["warnings"] for w in m.warnings if w.kind == "zone"][-1]
+    assert warning.rule == "room" and warning.mover > 0 and "is in zone 'room'" in warning.text
+    assert 0 < warning.position.z < 2, "in the frame of the map"
+
+
+def test_changes_of_the_cloud_add_up_to_it(processes, robot, recording):
+    from stillmap_ros.messages import points_of
+    play(processes, robot, recording)
+    robot.spin_until(lambda: False, 2)
+    assert robot.count("cloud") == robot.count("cloud_added") == robot.count("cloud_removed") > 2
+    count = 0
+    for whole, added, removed in zip(robot.got["cloud"], robot.got["cloud_added"], robot.got["cloud_removed"]):
+        count += added.width - removed.width
+        assert whole.width == count
+        assert set(map(tuple, points_of(added))) <= set(map(tuple, points_of(whole)))
+    assert count > 1000 and sum(m.width for m in robot.got["cloud_added"][1:]) > 0
+
+
+def test_a_stereo_pair_gives_poses(processes, robot, recording, base_to_camera):
+    play(processes, robot, recording, "--stereo", stereo=True)
+    truth = np.loadtxt(recording / "groundtruth.txt")
+    T_world_base = [matrix_of_pose(*row[1:]) @ inverse(base_to_camera) for row in truth]
+    assert robot.spin_until(lambda: robot.count("pose") == FRAMES, 10)
+    for message in robot.got["pose"][::10]:
+        i = int(np.argmin(np.abs(truth[:, 0] - nanoseconds(message.header.stamp) / 1e9)))
+        true = inverse(T_world_base[0]) @ T_world_base[i]
+        assert np.linalg.norm(matrix_of_message(message.pose.pose)[:3, 3] - true[:3, 3]) < 0.05
 
 
 def test_realtime_drops_no_more_than_it_says(processes, robot, recording):
@@ -207,6 +250,20 @@ def test_a_node_that_starts_again_is_found_in_its_map(processes, robot, recordin
     i = int(np.argmin(np.abs(truth[:, 0] - nanoseconds(found.header.stamp) / 1e9)))
     expected = first @ BASE(truth, 0, i)
     assert np.linalg.norm(matrix_of_message(found.pose.pose)[:3, 3] - expected[:3, 3]) < 0.25
+
+
+def test_poses_elsewhere_are_not_given_as_those_of_the_loaded_map(processes, robot, recording, tmp_path):
+    map_file, mirrored = tmp_path / "office.map", tmp_path / "mirrored"
+    stop(play(processes, robot, recording, map_file=map_file))
+    shutil.copytree(recording, mirrored)
+    for file in [*mirrored.glob("rgb/*.png"), *mirrored.glob("depth/*.png")]:
+        cv2.imwrite(str(file), cv2.imread(str(file), cv2.IMREAD_UNCHANGED)[:, ::-1])
+    robot.forget()
+    node = processes.node(map_file=map_file, schedule="lockstep")
+    processes.camera(mirrored, "--rate", 0)
+    assert robot.spin_until(lambda: robot.says("not connected with the loaded one"), 60), node.log.read_text()
+    assert robot.spin_until(lambda: robot.count("odom") > 10, 20), "the odometry goes on"
+    assert not robot.count("pose") and not robot.count("map")
 
 
 def BASE(truth, a, b):

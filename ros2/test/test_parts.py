@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from stillmap_ros import images, mapper, messages, transforms
+from stillmap_ros.changes import Changes
 from stillmap_ros.grid import FREE, OCCUPIED, UNKNOWN, grid_of_cloud
 from stillmap_ros.pairing import Pairing, Queue
 
@@ -90,6 +91,14 @@ def test_cameras():
         images.camera_of(camera_info(), "kinect_v0", False, "")
     with pytest.raises(images.ImageError, match="no focal length"):
         images.camera_of(camera_info(k=np.zeros(9)), "kinect_v1", False, "")
+
+
+def test_a_stereo_pair_has_the_baseline_of_its_right_camera_info():
+    p = np.array([[500.0, 0, 320, -60], [0, 500, 240, 0], [0, 0, 1, 0]])
+    found = images.stereo_camera_of(camera_info(p=p.ravel()), "")
+    assert (found.fx, found.cx) == (500, 320) and found.baseline == pytest.approx(0.12)
+    with pytest.raises(images.ImageError, match="right camera"):
+        images.stereo_camera_of(camera_info(), "")
 
 
 def stamped(nanoseconds):
@@ -197,3 +206,13 @@ def test_a_grid_has_floor_walls_and_the_way():
     assert at((1.525, 0.5)) == OCCUPIED and at((1.0, 0.5)) == FREE and at((0.525, 0.5)) == FREE
     assert at((-0.525, 0.475)) == at((-0.525, 0.575)) == FREE and at((-0.525, 0.775)) == UNKNOWN
     assert grid_of_cloud(np.zeros((0, 3)), [], 0.05, 0.1, 1.8, 0.1) is None
+
+
+def test_changes_of_a_cloud():
+    changes = Changes()
+    first = np.array([[1, 2, 3], [4, 5, 6]], np.float32)
+    added, removed = changes.update(first, np.array([7, 9], np.uint64))
+    assert added.all() and len(removed) == 0
+    added, removed = changes.update(first + 1, np.array([7, 8], np.uint64))
+    assert added.tolist() == [False, True]
+    np.testing.assert_array_equal(removed, first[1:])

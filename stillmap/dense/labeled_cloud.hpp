@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/semantic_map.hpp"
+#include "stillmap/geometry/voxel_key.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -13,6 +14,7 @@ namespace stillmap {
 /// A cloud with the classes of its points.
 struct LabeledCloud {
   std::shared_ptr<const Cloud> cloud = std::make_shared<const Cloud>();  ///< Never null.
+  std::vector<Voxel> voxels;          ///< Voxel of each point, each another one; or empty.
   std::vector<std::uint16_t> labels;  ///< Class of each point, 0 for none; or empty.
   std::vector<std::string> classes;   ///< Names of the classes 1, 2, 3 ...
 };

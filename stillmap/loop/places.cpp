@@ -108,6 +108,16 @@ std::optional<LoopMatch> Places::connect(const Map& map, std::uint32_t component
   return std::nullopt;
 }
 
+std::string Places::why_unknown(const Map& map, KeyframeId query) const {
+  if (!options_.loops) return "the options disable loop closing";
+  LoopVerification closest{.match = {}, .reason = "no keyframes look alike", .passed = -1};
+  for (const PlaceCandidate& place : places_in_other_components(map, query)) {
+    LoopVerification verification = verify(map, query, place.keyframe);
+    if (verification.passed > closest.passed) closest = std::move(verification);
+  }
+  return closest.reason;
+}
+
 RelocalizationVerification Places::find(const Map& map, const Frame& frame) const {
   return relocalize(map, index_, {*frame.features, frame.evidence.weight});
 }

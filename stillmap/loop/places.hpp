@@ -8,6 +8,7 @@
 #include "stillmap/motion/frame.hpp"
 
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace stillmap {
@@ -48,6 +49,10 @@ class Places {
   /// Returns a verified merge of a component with another one. Its keyframes with most landmarks
   /// are tried one by one, without requiring consecutive detections.
   std::optional<LoopMatch> connect(const Map& map, std::uint32_t component) const;
+
+  /// Returns why no place of another component is recognized in a keyframe: the test that the most
+  /// similar one fails.
+  std::string why_unknown(const Map& map, KeyframeId query) const;
 
   /// Compares each keyframe with the most similar keyframes of the other components. The keyframes
   /// of one component are tried until one is verified. Ordered by the id of the query.

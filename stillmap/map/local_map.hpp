@@ -32,8 +32,10 @@ struct LocalKeyframe {
 struct LocalMap {
   /// Frame index of the reference keyframe; 0 if it belongs to an earlier session.
   std::size_t made_for_frame = 0;
-  std::uint32_t component = 0;  ///< Component of the reference keyframe.
-  KeyframeId reference;         ///< Keyframe in the center of the snapshot.
+  KeyframeId reference;  ///< Keyframe in the center of the snapshot.
+  /// The world frame is that of a saved map: an earlier session made the component's first
+  /// keyframe.
+  bool of_saved_map = false;
   /// The reference comes first, then by descending number of shared landmarks.
   std::vector<LocalKeyframe> keyframes;
   std::vector<LocalLandmark> landmarks;  ///< Sorted by id.

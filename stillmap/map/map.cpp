@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace stillmap {
 namespace {
@@ -80,6 +81,7 @@ Map::Map(MapContent content)
       first_(std::move(content.first)) {
   for (Keyframe& keyframe : content.keyframes) {
     next_sequence_ = std::max(next_sequence_, keyframe.sequence + 1);
+    next_component_ = std::max(next_component_, keyframe.component + 1);
     session_ = std::max(session_, keyframe.session + 1);
     keyframes_.emplace([&](KeyframeId) { return std::move(keyframe); });
   }
@@ -102,6 +104,61 @@ MapContent Map::content() const {
   return content;
 }
 
+std::vector<KeyframeId> Map::add(MapContent content, MapAge age) {
+  // Added to the numbers of the added ones.
+  std::uint32_t components = next_component_, sessions = end_of_sessions();
+  const std::uint32_t sequences = next_sequence_;
+  if (age == MapAge::kOlder) {
+    shift_components(content.first.empty() ? 0 : content.first.rbegin()->first + 1);
+    components = 0;
+    sessions = std::max(sessions, session_ + 1);  // The present run may have no keyframes yet.
+  }
+  std::vector<KeyframeId> keyframes;
+  for (Keyframe& k : content.keyframes) {
+    k.sequence += sequences;
+    k.session += sessions;
+    k.component += components;
+    next_sequence_ = std::max(next_sequence_, k.sequence + 1);
+    next_component_ = std::max(next_component_, k.component + 1);
+    const Keyframe& added = keyframes_.emplace([&](KeyframeId id) {
+      k.id = id;
+      return std::move(k);
+    });
+    keyframes.push_back(added.id);
+  }
+  std::vector<LandmarkId> landmarks;
+  for (Landmark& l : content.landmarks) {
+    l.first_sequence += sequences;
+    for (Observation& o : l.observations) o.keyframe = keyframes[o.keyframe.slot];
+    const Landmark& added = landmarks_.emplace([&](LandmarkId id) {
+      l.id = id;
+      return std::move(l);
+    });
+    landmarks.push_back(added.id);
+  }
+  for (const KeyframeId keyframe : keyframes) {
+    for (LandmarkId& id : keyframes_.find(keyframe)->landmarks) {
+      if (id.valid()) id = landmarks[id.slot];
+    }
+  }
+  for (const auto& [component, id] : content.first)
+    first_[component + components] = keyframes[id.slot];
+  return keyframes;
+}
+
+void Map::shift_components(std::uint32_t by) {
+  keyframes_.for_each([&](Keyframe& k) { k.component += by; });
+  for (const auto& [component, id] : std::exchange(first_, {})) first_[component + by] = id;
+  next_component_ += by;
+}
+
+/// Returns one more than the largest session of a keyframe.
+std::uint32_t Map::end_of_sessions() const {
+  std::uint32_t end = 0;
+  for_each_keyframe([&](const Keyframe& k) { end = std::max(end, k.session + 1); });
+  return end;
+}
+
 Keyframe& Map::add_keyframe(Keyframe keyframe) {
   keyframe.sequence = next_sequence_++;
   keyframe.session = session_;
@@ -112,6 +169,7 @@ Keyframe& Map::add_keyframe(Keyframe keyframe) {
     return std::move(keyframe);
   });
   first_.emplace(component, added.id);
+  next_component_ = std::max(next_component_, component + 1);
   return added;
 }
 
@@ -331,12 +389,6 @@ std::vector<KeyframeId> keyframes_of(const Map& map, std::uint32_t component) {
   std::sort(ids.begin(), ids.end(),
             [&](KeyframeId a, KeyframeId b) { return map.at(a).sequence < map.at(b).sequence; });
   return ids;
-}
-
-std::uint32_t next_component(const Map& map) {
-  std::uint32_t next = 0;
-  map.for_each_keyframe([&](const Keyframe& k) { next = std::max(next, k.component + 1); });
-  return next;
 }
 
 void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera) {

@@ -85,6 +85,9 @@ struct Replacement {
   Pose T_replacement_erased;
 };
 
+/// Age of the components that are added to a map.
+enum class MapAge { kOlder, kYounger };
+
 /// Owner of all keyframes and landmarks. Synchronous, one thread at a time; other threads read
 /// snapshots (LocalMap). Invariant: landmark L lists observation (K, i) exactly if keyframe K lists
 /// L at keypoint i.
@@ -101,6 +104,14 @@ class Map {
   const PyramidShape& pyramid() const { return pyramid_; }
   /// Session of the present run: see Keyframe::session.
   std::uint32_t session() const { return session_; }
+
+  /// Adds the components of another map of the same camera and pyramid, whose content satisfies the
+  /// invariant. Returns the new ids of its keyframes by their old slots.
+  /// @param age  whether its components count as older or younger than those here: of two merged
+  ///             components, the world frame of the older one remains
+  std::vector<KeyframeId> add(MapContent content, MapAge age);
+  /// Returns the number of a new component, which is larger than those of all others.
+  std::uint32_t new_component() { return next_component_++; }
 
   /// Adds a keyframe without landmarks and sets its id, sequence and session. Its address stays
   /// valid until it is erased.
@@ -169,8 +180,10 @@ class Map {
   /// Returns T_world_camera of a pose that is given relative to a keyframe. Works for erased
   /// keyframes, but not for those of an erased component.
   Pose resolve(KeyframeId reference, const Pose& T_reference_camera) const;
-  /// Returns whether it is the first keyframe of its component, which defines the component's world
-  /// frame.
+  /// Returns the first keyframe of a component, which defines the component's world frame. It may
+  /// have been erased.
+  KeyframeId first_of(std::uint32_t component) const { return first_.at(component); }
+  /// Returns whether it is the first keyframe of its component.
   bool is_first(KeyframeId id) const;
   /// Returns the keyframe that represents `id` now: itself, or its replacement if it was erased;
   /// invalid if its component was erased.
@@ -179,11 +192,15 @@ class Map {
   const std::map<KeyframeId, Replacement>& replacements() const { return replacements_; }
 
  private:
+  void shift_components(std::uint32_t by);
+  std::uint32_t end_of_sessions() const;
+
   Camera camera_;
   PyramidShape pyramid_;
   SlotMap<KeyframeTag, Keyframe> keyframes_;
   SlotMap<LandmarkTag, Landmark> landmarks_;
   std::uint32_t next_sequence_ = 0;
+  std::uint32_t next_component_ = 0;
   std::uint32_t session_ = 0;
   std::map<KeyframeId, Replacement> replacements_;  // by erased keyframe
   std::map<std::uint32_t, KeyframeId> first_;       // by component
@@ -192,9 +209,6 @@ class Map {
 
 /// Returns the keyframes of a component in creation order.
 std::vector<KeyframeId> keyframes_of(const Map& map, std::uint32_t component);
-
-/// Returns one more than the largest component id in use.
-std::uint32_t next_component(const Map& map);
 
 /// Sets new keyframe poses. A landmark moves with the first keyframe that observed it.
 void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera);

@@ -165,6 +165,38 @@ TEST_F(MapTest, EachComponentHasAFirstKeyframe) {
   EXPECT_TRUE(map_.is_first(other));
 }
 
+TEST_F(MapTest, AnotherMapIsAddedAsOlderOrYoungerComponents) {
+  const auto old = keyframe(Pose(so3_exp({0, 0, 0}), {7, 0, 0})), second = keyframe({}, 1);
+  const auto l = landmark(old, 3);
+  map_.observe(l, {second, 4});
+  const MapContent other = map_.content();
+  for (const MapAge age : {MapAge::kOlder, MapAge::kYounger}) {
+    map_ = Map(camera_, PyramidShape{});
+    const auto erased = keyframe(), here = keyframe({}, 1);
+    const auto shown = landmark(here, 5);
+    map_.erase(erased, here);  // leaves a free slot
+    const std::uint32_t session = map_.session();
+    const std::vector<KeyframeId> added = map_.add(other, age);
+    ASSERT_EQ(added.size(), 2U);
+    expect_consistent();
+    EXPECT_EQ(map_.keyframe_count(), 3U);
+    EXPECT_EQ(map_.at(added[0]).T_world_camera.translation().x(), 7);
+    EXPECT_EQ(map_.at(here).landmarks[5], shown);
+    const LandmarkId moved = map_.at(added[0]).landmarks[3];
+    EXPECT_EQ(map_.at(added[1]).landmarks[4], moved);
+    EXPECT_EQ(map_.at(moved).observations.front().keyframe, added[0]);
+    const bool older = age == MapAge::kOlder;
+    EXPECT_EQ(map_.at(here).component, older ? 3U : 1U);
+    EXPECT_EQ(map_.at(added[0]).component, older ? 0U : 2U);
+    EXPECT_EQ(map_.at(added[1]).component, older ? 1U : 3U);
+    EXPECT_TRUE(map_.is_first(added[0]) && map_.is_first(added[1]) && map_.is_first(here));
+    EXPECT_NE(map_.at(added[0]).session, session);
+    EXPECT_GT(map_.at(added[0]).sequence, map_.at(here).sequence);
+    EXPECT_EQ(map_.new_component(), 4U);
+    EXPECT_EQ(map_.content().keyframes.size(), 3U);
+  }
+}
+
 TEST_F(MapTest, ALocalMapHoldsOnlyTheNeighbors) {
   const auto a = keyframe(), b = keyframe(), far = keyframe();
   std::vector<LandmarkId> shared;

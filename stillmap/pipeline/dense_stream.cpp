@@ -79,14 +79,20 @@ DenseStream::DenseStream(const Camera& camera, const SlamParameters& options, bo
       fuse_(options.dense.fuse),
       dense_(camera, options.dense) {
   if (!options.dense_cloud) return;
-  for (AnchoredView& view : loaded) {
-    places_[loaded_views_] = {view.anchor, view.T_anchor_camera};
-    dense_.add(loaded_views_++, std::move(view.view));
-  }
+  loaded_views_ = loaded.size();
+  add_loaded(std::move(loaded));
   stage_ = std::make_unique<Stage<Task, Nothing>>(
       realtime_ ? kRealtimeQueue : kQueue, WhenFull::kBlock,
       [this](const Task& task, const auto&) { work(task); }, "dense map",
       ThreadPriority::kBackground);
+}
+
+void DenseStream::add(std::vector<AnchoredView> loaded) {
+  if (!stage_) return;
+  loaded_views_ += loaded.size();
+  Task task;
+  task.loaded = std::make_shared<std::vector<AnchoredView>>(std::move(loaded));
+  stage_->push(std::move(task));
 }
 
 void DenseStream::push(const TrackedFramePtr& tracked, const DetectedObjects& found,
@@ -146,7 +152,15 @@ bool DenseStream::wants(const TrackedFrame& tracked) {
   return false;
 }
 
+void DenseStream::add_loaded(std::vector<AnchoredView> views) {
+  for (AnchoredView& view : views) {
+    places_[next_loaded_] = {view.anchor, view.T_anchor_camera};
+    dense_.add(next_loaded_++, std::move(view.view));
+  }
+}
+
 void DenseStream::work(const Task& task) {
+  if (task.loaded) return add_loaded(std::move(*task.loaded));
   settle(task.made);
   cloud_.reset();
   if (task.tracked) trace_frame(task.tracked->frame->index());
@@ -245,6 +259,7 @@ std::shared_ptr<const LabeledCloud> DenseStream::live_cloud() {
   for (std::uint32_t cell = 0; cell < grid.index().size(); ++cell) {
     if (!grid.is_static(cell) || !grid.is_confirmed(cell)) continue;
     cloud->add(grid.mean(cell), grid.color(cell));
+    labeled.voxels.push_back(grid.index().voxel(cell));
     if (!live.classes().empty()) labeled.labels.push_back(live.class_of(cell));
   }
   labeled.cloud = std::move(cloud);

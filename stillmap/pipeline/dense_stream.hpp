@@ -40,6 +40,10 @@ class DenseStream {
   /// Sets whether the frames pushed from now on are added.
   void set_extend(bool extend) { extend_ = extend; }
 
+  /// Adds the views of a loaded map, which get poses when the camera is localized in that map or
+  /// the present map is merged into it.
+  void add(std::vector<AnchoredView> loaded);
+
   /// Adds a frame, with the newest detections and the state of the map at that frame. Frames
   /// without a pose only pass on the poses of corrected keyframes. In lockstep every keyframe is
   /// added, so that the dense map depends on the data alone; in realtime some are skipped if the
@@ -91,6 +95,8 @@ class DenseStream {
     std::shared_ptr<const KeyframePoses> moved;  // null: no keyframe was moved
     bool enters_world = false;                   // from now on, poses are in a new world frame
     bool may_become_view = false;                // otherwise it is only averaged
+    // Views of a loaded map; shared, since tasks are copied.
+    std::shared_ptr<std::vector<AnchoredView>> loaded = nullptr;
   };
   struct Nothing {};
 
@@ -103,7 +109,11 @@ class DenseStream {
   void follow(const KeyframePoses& moved);
   void settle(const std::vector<NewKeyframe>& made);
   std::shared_ptr<const LabeledCloud> live_cloud();
-  std::uint64_t view_of(std::size_t frame_index) const { return loaded_views_ + frame_index; }
+  void add_loaded(std::vector<AnchoredView> views);
+  /// Returns the id of the view of a frame; those of loaded maps have smaller ids.
+  static std::uint64_t view_of(std::size_t frame_index) {
+    return (std::uint64_t{1} << 32) + frame_index;
+  }
 
   Camera camera_;
   const std::size_t max_mask_age_;  // maximum age of the labels' detections [frames]
@@ -112,7 +122,7 @@ class DenseStream {
   const bool realtime_;
   bool extend_;
   const bool fuse_;               // whether frames between the views are averaged in them
-  std::size_t loaded_views_ = 0;  // number of loaded views; they have the first ids
+  std::size_t loaded_views_ = 0;  // number of loaded views
   std::size_t pushed_views_ = 0;  // number of frames that might become views
   std::size_t last_frame_ = 0;    // index of the last of them
   std::size_t frames_left_out_ = 0;
@@ -125,6 +135,7 @@ class DenseStream {
 
   // Used by the stage's thread until finish().
   DenseMap dense_;
+  std::uint64_t next_loaded_ = 0;  // id of the next loaded view
   /// Place of each view by its id. The keyframe is invalid until the first keyframe of a map has
   /// been made.
   std::map<std::uint64_t, RelativePlace> places_;

@@ -128,6 +128,20 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   return snapshot_around(newest_);
 }
 
+AddedMap MapMaker::add(MapContent content) {
+  const auto components = static_cast<std::uint32_t>(content.first.size());
+  AddedMap added{map_.add(std::move(content), MapAge::kOlder), {}};
+  for (const KeyframeId id : added.keyframes) places_.add(map_, id);
+  pager_.use(map_, added.keyframes);
+  merge_remaining();
+  const KeyframeId newest = map_.current_keyframe(newest_);
+  if (!newest.valid())
+    added.not_found = "no keyframe has been made yet";
+  else if (map_.at(newest).component >= components)
+    added.not_found = places_.why_unknown(map_, newest);
+  return added;
+}
+
 LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
   {
     const TraceScope scope(span::kMapRefinement);

@@ -19,6 +19,14 @@ namespace stillmap {
 /// T_world_camera of the keyframes of a component, by id, including erased ones.
 using KeyframePoses = std::map<KeyframeId, Pose>;
 
+/// A saved map that was added to the map of a run.
+struct AddedMap {
+  std::vector<KeyframeId> keyframes;  ///< Ids of its keyframes by their slots in the saved map.
+  /// Why the place of the keyframe inserted last is not recognized in it; empty if the keyframe's
+  /// component was merged into it.
+  std::string not_found;
+};
+
 /// Owner of the map, which orders all changes; synchronous, for one thread.
 class MapMaker {
  public:
@@ -27,6 +35,10 @@ class MapMaker {
 
   /// Adds a keyframe with its landmarks. Returns the new local map snapshot.
   LocalMapPtr insert(const KeyframeProposal& proposal);
+
+  /// Adds a saved map, whose components count as older than those here, and merges these into it if
+  /// any keyframe shows a place of it.
+  AddedMap add(MapContent content);
 
   /// Refines the map around the last inserted keyframe; if its place is recognized, closes the loop
   /// or merges the components. Returns the new local map snapshot.
@@ -54,7 +66,7 @@ class MapMaker {
   std::shared_ptr<const KeyframePoses> take_moved();
 
   /// Merges components that are still separate, the younger into the older, if any keyframe shows a
-  /// place of the other; for the end of a run.
+  /// place of the other.
   void merge_remaining();
 
   /// Connects the components of several saved maps: see merge_maps(). Where places of components

@@ -46,6 +46,16 @@ void Mapping::set_extend(bool extend) {
   extended_ |= extend;
 }
 
+AddedMap Mapping::add(MapContent content, std::size_t frame_index) {
+  stage_->drain();
+  AddedMap added;
+  change([&] {
+    added = maker_.add(std::move(content));
+    begin_adjustment(frame_index);
+  });
+  return added;
+}
+
 void Mapping::work(const MapTask& task, const MapStage::Publish& publish) {
   const TrackedFrame& tracked = *task.tracked;
   trace_frame(tracked.frame->index());

@@ -43,6 +43,10 @@ class Mapping {
   /// Sets whether the frames pushed from now on extend the map.
   void set_extend(bool extend);
 
+  /// Adds a saved map after all frames so far: see MapMaker::add(). Waits for the map's thread.
+  /// @param frame_index  of the newest frame
+  AddedMap add(MapContent content, std::size_t frame_index);
+
   /// Passes a tracked frame to mapping; frames without a task are ignored. A keyframe proposal
   /// gives two snapshots: with its landmarks, and refined; or, if the map is not extended, twice
   /// the one around the keyframe that shows most of the same landmarks. A frame of a lost camera,

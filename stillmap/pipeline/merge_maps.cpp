@@ -53,22 +53,20 @@ std::vector<NamedMap> in_order(std::vector<NamedMap> maps) {
 /// Maps side by side in one, as unconnected components.
 class Collection {
  public:
-  Collection(const Camera& camera, const PyramidShape& pyramid)
-      : content_{camera, pyramid, {}, {}, {}} {}
+  Collection(const Camera& camera, const PyramidShape& pyramid) : map_(camera, pyramid) {}
 
   /// @param name of the map, for messages
-  void add(SavedMap map, const std::string& name) {
-    MapContent added = map_for(std::move(map.map), content_.camera, content_.pyramid, name);
-    const auto keyframes = static_cast<std::uint32_t>(content_.keyframes.size());
-    for (AnchoredView& view : map.views) {
-      view.anchor.slot += keyframes;
+  void add(SavedMap saved, const std::string& name) {
+    const std::vector<KeyframeId> keyframes = map_.add(
+        map_for(std::move(saved.map), map_.camera(), map_.pyramid(), name), MapAge::kYounger);
+    for (AnchoredView& view : saved.views) {
+      view.anchor = keyframes[view.anchor.slot];
       views_.push_back(std::move(view));
     }
-    append(std::move(added));
-    end_of_map_.push_back(content_.keyframes.size());
+    end_of_map_.push_back(map_.keyframe_count());
   }
 
-  MapContent take_content() { return std::move(content_); }
+  Map take_map() { return std::move(map_); }
   std::vector<AnchoredView> take_views() { return std::move(views_); }
 
   /// Returns the number of the map that a keyframe comes from.
@@ -78,40 +76,7 @@ class Collection {
   }
 
  private:
-  void append(MapContent added) {
-    const auto keyframes = static_cast<std::uint32_t>(content_.keyframes.size());
-    const auto landmarks = static_cast<std::uint32_t>(content_.landmarks.size());
-    const auto components = static_cast<std::uint32_t>(content_.first.size());
-    const std::uint32_t sequences = end_of(&Keyframe::sequence);
-    const std::uint32_t sessions = end_of(&Keyframe::session);
-    for (Keyframe& k : added.keyframes) {
-      k.id.slot += keyframes;
-      k.sequence += sequences;
-      k.session += sessions;
-      k.component += components;
-      for (LandmarkId& id : k.landmarks) {
-        if (id.valid()) id.slot += landmarks;
-      }
-      content_.keyframes.push_back(std::move(k));
-    }
-    for (Landmark& l : added.landmarks) {
-      l.id.slot += landmarks;
-      l.first_sequence += sequences;
-      for (Observation& o : l.observations) o.keyframe.slot += keyframes;
-      content_.landmarks.push_back(std::move(l));
-    }
-    for (auto& [component, first] : added.first)
-      content_.first[component + components] = {first.slot + keyframes, first.generation};
-  }
-
-  /// Returns one more than the largest number of the keyframes so far.
-  std::uint32_t end_of(std::uint32_t Keyframe::*number) const {
-    std::uint32_t end = 0;
-    for (const Keyframe& k : content_.keyframes) end = std::max(end, k.*number + 1);
-    return end;
-  }
-
-  MapContent content_;
+  Map map_;
   std::vector<AnchoredView> views_;
   std::vector<std::size_t> end_of_map_;  // number of keyframes of the maps up to each
 };
@@ -209,7 +174,7 @@ MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
     collection.add(std::move(map.saved), map.name);
     merged.names.push_back(std::move(map.name));
   }
-  MapMaker maker(Map(collection.take_content()), options);
+  MapMaker maker(collection.take_map(), options);
   merged.pairs = all_pairs(merged.names.size());
   describe(maker.merge_all(), collection, merged.pairs);
   set_connected(maker.map(), collection, merged.pairs);

@@ -20,6 +20,8 @@ namespace stillmap {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 using visits::Outcome;
 using visits::run;
 using visits::Visit;
@@ -56,6 +58,24 @@ Visit one_after_the_other(const Visit& first, std::size_t frames, const Visit& s
   std::for_each_n(first.frames.begin(), frames, add);
   std::for_each(second.frames.begin(), second.frames.end(), add);
   return both;
+}
+
+/// Pushes some frames of a visit, loads the map of the first visit, and pushes the others.
+struct LoadedWhileRunning {
+  std::string not_found;  // what load() returned
+  Outcome outcome;
+};
+
+LoadedWhileRunning load_after(std::size_t frames, const Visit& visit) {
+  SlamSystem slam(visit.camera(), recorded::small_options("static"));
+  LoadedWhileRunning loaded;
+  for (const auto& frame : visit.frames) {
+    if (frame->index == frames) loaded.not_found = slam.load(first_visit().map);
+    slam.push(frame);
+  }
+  loaded.outcome.result = slam.finish();
+  loaded.outcome.map = slam.saved_map("test");
+  return loaded;
 }
 
 /// Returns a map of a few dozen numbers, so that every byte can be altered.
@@ -490,6 +510,53 @@ TEST(MapDescription, CountsTheContent) {
   EXPECT_EQ(graph["keyframes"].size(), d.keyframes);
   EXPECT_GE(graph["covisible"].size(), d.keyframes - 1) << "the covisibility graph is connected";
   EXPECT_THAT(description_text(d), HasSubstr("written by test"));
+}
+
+TEST(SavedMap, IsMergedWithTheMapOfTheRunThatLoadsIt) {
+  const Visit& visited = visit("slower");
+  const LoadedWhileRunning loaded = load_after(40, visited);
+  EXPECT_EQ(loaded.not_found, "");
+  const SlamResult& result = loaded.outcome.result;
+  EXPECT_EQ(result.trajectory.size(), visited.frames.size());
+  EXPECT_EQ(result.maps, 1u);
+  const std::vector<double> errors = errors_in_first_world(visited, result.trajectory);
+  EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.05);
+  const auto of_first = describe_map(first_visit().map), all = describe_map(loaded.outcome.map);
+  EXPECT_EQ(all.sessions, of_first.sessions + 1);
+  EXPECT_GT(all.keyframes, of_first.keyframes);
+  EXPECT_GT(all.views, of_first.views);
+  EXPECT_EQ(result.keyframes.size() + of_first.keyframes, all.keyframes)
+      << "keyframes of the run are those of its own frames";
+}
+
+TEST(SavedMap, LoadedWhileRunningGivesTheSameBytesInEveryRun) {
+  const auto bytes = [] { return saved_map_bytes(load_after(40, visit("slower")).outcome.map); };
+  EXPECT_EQ(bytes(), bytes());
+}
+
+TEST(SavedMap, LoadedElsewhereIsFoundWhenTheCameraGetsThere) {
+  const Visit way = one_after_the_other(visit("corner"), 40, visit("slower"));
+  const LoadedWhileRunning loaded = load_after(30, way);
+  EXPECT_THAT(loaded.not_found, Not(IsEmpty()));
+  std::vector<double> errors;
+  for (const StampedPose& e : loaded.outcome.result.trajectory) {
+    const auto index = std::lround(e.timestamp * way.camera().fps) - 40;
+    if (index < 0) continue;
+    const Pose truth = visit("xyz").sequence->T_world_camera(0).inverse() *
+                       visit("slower").sequence->T_world_camera(static_cast<std::size_t>(index));
+    errors.push_back((e.T_world_camera.translation() - truth.translation()).norm());
+  }
+  ASSERT_GT(errors.size(), 60u);
+  EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.05);
+}
+
+TEST(SavedMap, CanBeLoadedBeforeTheFirstFrame) {
+  const LoadedWhileRunning loaded = load_after(0, visit("slower"));
+  EXPECT_EQ(loaded.not_found, "no keyframe has been made yet");
+  EXPECT_EQ(loaded.outcome.result.maps, 1u);
+  const std::vector<double> errors =
+      errors_in_first_world(visit("slower"), loaded.outcome.result.trajectory);
+  EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.05);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "stillmap/base/machine.hpp"
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/pipeline/frame_watch.hpp"
 #include "stillmap/pipeline/run_details.hpp"
 #include "stillmap/pipeline/run_findings.hpp"
 #include "stillmap/pipeline/run_journal.hpp"
@@ -78,6 +79,18 @@ class FrameSelection {
   int pushed_ = 0;  // number of frames pushed
 };
 
+/// The rules of Slam::watch().
+struct WatchedRules {
+  FrameWatch frames;
+  WarningMonitor monitor;
+};
+
+/// Returns the classes that moving objects can have; none without a detector.
+std::optional<std::vector<std::string>> classes_of(const Detector* detector) {
+  if (detector == nullptr) return std::nullopt;
+  return detector->class_names();
+}
+
 /// Returns the camera of the frames that are tracked.
 Camera tracked_camera(const Camera& pushed, const Options& options) {
   return options.input.half_size ? halved(pushed) : pushed;
@@ -126,6 +139,7 @@ struct Slam::Impl {
       : options(chosen),
         detector_description(detector ? detector->description() : ""),
         detector_gives_boxes_only(detector && !detector->gives_masks()),
+        detected_classes(classes_of(detector.get())),
         frames(camera),
         rectifies(camera.distorted() || !camera.ignore.empty()),
         selection(chosen.input),
@@ -133,6 +147,7 @@ struct Slam::Impl {
         system(tracked_camera(frames.camera(), chosen), parameters, std::move(detector),
                starting_map(start, parameters.dense.memory)) {}
 
+  RgbdFramePtr made(RgbdFramePtr frame);
   void require_pushable(const RgbdFramePtr& frame);
   PoseUpdate track(const RgbdFramePtr& frame);
   void notify(const PoseUpdate& update);
@@ -142,6 +157,7 @@ struct Slam::Impl {
   const Options options;
   const std::string detector_description;
   const bool detector_gives_boxes_only;
+  const std::optional<std::vector<std::string>> detected_classes;
   FrameMaker frames;
   const bool rectifies;  // whether the images are distorted or have ignored pixels
   std::vector<std::weak_ptr<const RgbdFrame>> rectified;  // frames made but not pushed yet
@@ -154,6 +170,8 @@ struct Slam::Impl {
   Subscribers<KeyframePose> keyframe;
   Subscribers<MapCorrection> correction;
   Subscribers<std::vector<MovingObject>> movers;
+  Subscribers<WarningEvent> warning;
+  std::optional<WatchedRules> watched;
   SlamSystem system;
   std::optional<RunJournal> journal;  // none: the results so far are not kept in a file
   bool finished = false;
@@ -163,6 +181,16 @@ struct Slam::Impl {
     if (finished) throw Error("the run has ended with finish()", where, "make another Slam");
   }
 };
+
+/// Counts a frame, and remembers that it is rectified.
+RgbdFramePtr Slam::Impl::made(RgbdFramePtr frame) {
+  ++next_index;
+  if (rectifies) {
+    std::erase_if(rectified, [](const auto& other) { return other.expired(); });
+    rectified.push_back(frame);
+  }
+  return frame;
+}
 
 /// Throws Error for a frame that is null, not of the camera's size, or not rectified.
 void Slam::Impl::require_pushable(const RgbdFramePtr& frame) {
@@ -190,7 +218,9 @@ PoseUpdate Slam::Impl::track(const RgbdFramePtr& frame) {
     tracked->odometry = samples_until(odometry.samples(), frame->timestamp);
   system.push(tracked);
   check.add(*tracked);
-  return pose_update(*system.newest(), system.view().not_found);
+  PoseUpdate update = pose_update(*system.newest(), system.view().not_found);
+  update.in_saved_map = system.in_saved_map();
+  return update;
 }
 
 /// Calls the subscribers of all events of the frame pushed last.
@@ -205,6 +235,10 @@ void Slam::Impl::notify(const PoseUpdate& update) {
   if (moved && correction.any())
     correction.call({newest.frame->index(), newest.frame->timestamp()});
   if (movers.any()) movers.call(moving_objects(system.movers()));
+  if (!watched) return;
+  for (const WarningEvent& event : watched->monitor.update(watched->frames.newest(system))) {
+    if (warning.any()) warning.call(event);
+  }
 }
 
 void Slam::Impl::notify_keyframes(const MapView& view) {
@@ -240,13 +274,11 @@ void Slam::keep_journal(const std::filesystem::path& file) {
 }
 
 RgbdFramePtr Slam::make_frame(const cv::Mat& color, const cv::Mat& depth, double timestamp) {
-  RgbdFramePtr frame = impl_->frames.make(color, depth, timestamp, impl_->next_index);
-  ++impl_->next_index;
-  if (impl_->rectifies) {
-    std::erase_if(impl_->rectified, [](const auto& other) { return other.expired(); });
-    impl_->rectified.push_back(frame);
-  }
-  return frame;
+  return impl_->made(impl_->frames.make(color, depth, timestamp, impl_->next_index));
+}
+
+RgbdFramePtr Slam::make_stereo_frame(const cv::Mat& left, const cv::Mat& right, double timestamp) {
+  return impl_->made(impl_->frames.make_of_pair(left, right, timestamp, impl_->next_index));
 }
 
 PoseUpdate Slam::push(const RgbdFramePtr& frame) {
@@ -295,16 +327,37 @@ PoseUpdate Slam::push(const cv::Mat& color, const cv::Mat& depth, double timesta
   return push(make_frame(color, depth, timestamp));
 }
 
+std::string Slam::load_map(const std::filesystem::path& file) {
+  impl_->require_running("Slam::load_map");
+  const SlamParameters parameters = parameters_of(impl_->options);
+  return impl_->system.load(read_saved_map(file, parameters.dense.memory));
+}
+
 void Slam::set_mode(Mode mode) {
   impl_->require_running("Slam::set_mode");
   impl_->system.set_extend(mode == Mode::kMap);
+}
+
+void Slam::watch(const std::filesystem::path& file) {
+  impl_->require_running("Slam::watch");
+  const WarningRules rules = read_warning_rules(file);
+  check_rule_classes(rules, impl_->detected_classes, file.string());
+  const bool has_network = impl_->detected_classes.has_value();
+  impl_->watched.emplace(WatchedRules{{rules.zones, has_network}, WarningMonitor(rules)});
+}
+
+std::vector<WarningEvent> Slam::warnings() const {
+  if (!impl_->watched) return {};
+  return impl_->watched->monitor.active();
 }
 
 std::vector<Finding> Slam::findings() const { return impl_->check.findings(); }
 
 std::optional<ObservedFrame> Slam::newest() const {
   if (!impl_->system.newest()) return std::nullopt;
-  return observed_frame(*impl_->system.newest(), impl_->system.view().not_found);
+  auto observed = observed_frame(*impl_->system.newest(), impl_->system.view().not_found);
+  observed.update.in_saved_map = impl_->system.in_saved_map();
+  return observed;
 }
 
 std::shared_ptr<const Snapshot> Slam::snapshot() const { return impl_->system.snapshot(); }
@@ -323,6 +376,10 @@ Subscription Slam::on_keyframe(std::function<void(const KeyframePose&)> call) {
 
 Subscription Slam::on_map_changed(std::function<void(const MapCorrection&)> call) {
   return impl_->correction.add(std::move(call), "Slam::on_map_changed");
+}
+
+Subscription Slam::on_warning(std::function<void(const WarningEvent&)> call) {
+  return impl_->warning.add(std::move(call), "Slam::on_warning");
 }
 
 Subscription Slam::on_movers(std::function<void(const std::vector<MovingObject>&)> call) {

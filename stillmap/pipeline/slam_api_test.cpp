@@ -2,6 +2,7 @@
 // The public face of the library, on rendered frames.
 #include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/geometry/depth_sensor.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
 #include "stillmap/sensor/image_file.hpp"
@@ -11,7 +12,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <set>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -495,6 +498,107 @@ TEST(SlamApi, AJournalHoldsTheRunAndIsAStartForAnother) {
   EXPECT_TRUE(again.snapshot()->newest.T_world_camera.has_value());
   EXPECT_THAT(error_of([&] { again.keep_journal(file); }), HasSubstr("the journal of another run"));
   std::filesystem::remove(file);
+}
+
+TEST(SlamApi, AMapIsLoadedWhileTheSystemRuns) {
+  const Recording& rec = recording(0, "xyz");
+  const std::filesystem::path file = test::own_path("api.map");
+  Slam first = slam_for(rec);
+  for (const RgbdFramePtr& frame : rec.frames) first.push(frame);
+  first.save_map(file);
+  // The second run begins later, so that its world is another one until the maps are merged.
+  Slam second = slam_for(rec);
+  std::size_t corrections = 0;
+  const Subscription on_map_changed =
+      second.on_map_changed([&](const MapCorrection&) { ++corrections; });
+  for (std::size_t i = 30; i < 60; ++i) EXPECT_FALSE(second.push(rec.frames[i]).in_saved_map);
+  EXPECT_EQ(second.load_map(file), "");
+  bool in_saved_map = false;
+  for (std::size_t i = 60; i < rec.frames.size(); ++i) {
+    const PoseUpdate update = second.push(rec.frames[i]);
+    EXPECT_GE(update.in_saved_map, in_saved_map) << "it stays in it";
+    in_saved_map = update.in_saved_map;
+    const Pose truth = rec.sequence->T_world_camera(30).inverse() * rec.sequence->T_world_camera(i);
+    const Pose T_world_start =
+        in_saved_map ? rec.sequence->T_world_camera(0).inverse() * rec.sequence->T_world_camera(30)
+                     : Pose();
+    EXPECT_LT((update.T_world_camera->translation() - (T_world_start * truth).translation()).norm(),
+              0.05)
+        << "in the world that it names";
+  }
+  EXPECT_TRUE(in_saved_map);
+  EXPECT_TRUE(second.newest()->update.in_saved_map);
+  EXPECT_GE(corrections, 1U);
+  EXPECT_THAT(error_of([&] { second.load_map("/nowhere.map"); }), HasSubstr("/nowhere.map"));
+  const Results results = second.finish();
+  EXPECT_EQ(results.statistics.maps, 1U);
+  const Pose T_world_truth = rec.sequence->T_world_camera(0).inverse();
+  for (const StampedPose& e : results.trajectory) {
+    const auto index = static_cast<std::size_t>(std::lround(30 * e.timestamp));
+    const Pose truth = T_world_truth * rec.sequence->T_world_camera(index);
+    EXPECT_LT((e.T_world_camera.translation() - truth.translation()).norm(), 0.05);
+  }
+  EXPECT_THAT(error_of([&] { second.load_map(file); }), HasSubstr("has ended"));
+  std::filesystem::remove(file);
+}
+
+TEST(SlamApi, WarningsBeginAndStayWithTheMovers) {
+  const Recording& rec = recording(2, "xyz");
+  const std::filesystem::path file = test::own_path("rules.yaml");
+  const auto write = [&](const std::string& text) { std::ofstream(file) << text; };
+  Slam slam = slam_for(rec);
+  EXPECT_TRUE(slam.warnings().empty());
+  write("distances: [{to: camera, nearer: 50, classes: [persn]}]");
+  EXPECT_THAT(error_of([&] { slam.watch(file); }), HasSubstr("'persn'"));
+  write("distances: [{to: camera, nearer: 50, classes: [person]}]");
+  slam.watch(file);
+  std::vector<WarningEvent> told;
+  const Subscription on_warning =
+      slam.on_warning([&](const WarningEvent& event) { told.push_back(event); });
+  std::set<int> persons;
+  for (const RgbdFramePtr& frame : rec.frames) {
+    slam.push(frame);
+    for (const MovingObject& mover : slam.movers())
+      if (mover.class_name == "person") persons.insert(mover.id);
+    for (const WarningEvent& warning : slam.warnings())
+      EXPECT_TRUE(warning.kind != WarningKind::kNear || persons.contains(warning.mover));
+  }
+  std::set<int> warned;
+  for (const WarningEvent& event : told)
+    if (event.begins && event.kind == WarningKind::kNear) warned.insert(event.mover);
+  EXPECT_EQ(warned, persons);
+  EXPECT_FALSE(persons.empty());
+  EXPECT_FALSE(slam.warnings().empty());
+  std::filesystem::remove(file);
+}
+
+TEST(SlamApi, AStereoPairBecomesAFrameWithDepth) {
+  constexpr int kDisparity = 12;  // [pixels]
+  Camera camera;
+  camera.width = 320, camera.height = 240;
+  camera.fx = camera.fy = 350, camera.cx = 160, camera.cy = 120;
+  Slam with_kinect(camera);
+  camera.depth_sensor = find_depth_sensor("stereo");
+  camera.baseline = camera.depth_sensor.baseline;
+  cv::Mat1b texture(camera.height, camera.width + kDisparity);
+  cv::RNG(1).fill(texture, cv::RNG::UNIFORM, 0, 256);
+  const cv::Mat left = texture.colRange(0, camera.width);
+  const cv::Mat right = texture.colRange(kDisparity, camera.width + kDisparity);
+  Slam slam(camera);
+  const RgbdFramePtr frame = slam.make_stereo_frame(left, right, 1.0);
+  const double depth = camera.fx * camera.baseline / kDisparity;
+  const cv::Mat1f found = frame->depth;
+  EXPECT_NEAR(found(120, 200), depth, 0.01 * depth);
+  EXPECT_EQ(found(120, 2), 0) << "not in the right image";
+  EXPECT_EQ(slam.push(frame).frame_index, 0U);
+  EXPECT_EQ(slam.make_stereo_frame(left, right, 2.0)->index, 1U);
+  Slam exchanged(camera);
+  EXPECT_THAT(error_of([&] { exchanged.make_stereo_frame(right, left, 1.0); }),
+              HasSubstr("are exchanged"));
+  EXPECT_THAT(error_of([&] { with_kinect.make_stereo_frame(left, right, 1.0); }),
+              HasSubstr("not a stereo pair"));
+  EXPECT_THAT(error_of([&] { slam.make_stereo_frame(left, right.colRange(0, 99), 3.0); }),
+              HasSubstr("right image"));
 }
 
 TEST(SlamApi, AClassThatDoesNotExistIsAnError) {

@@ -93,6 +93,21 @@ void SlamSystem::set_extend(bool extend) {
   log_.set_extend(extend);
 }
 
+std::string SlamSystem::load(SavedMap saved) {
+  MapContent map = map_for(std::move(saved.map), camera_, options_.orb.pyramid(), "the loaded map");
+  AddedMap added = mapping_.add(std::move(map), newest_ ? newest_->frame->index() : 0);
+  for (AnchoredView& view : saved.views) view.anchor = added.keyframes.at(view.anchor.slot);
+  dense_.add(std::move(saved.views));
+  return std::move(added.not_found);
+}
+
+bool SlamSystem::in_saved_map() const {
+  if (!newest_ || !newest_->has_pose()) return false;
+  const bool begins_component = newest_->proposal && !newest_->proposal->reference.valid();
+  const LocalMapPtr& map = newest_->relocalized ? view_.found->local_map : view_.local_map;
+  return !begins_component && map && map->of_saved_map;
+}
+
 std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   check(image);
   const TraceBinding binding(&track_);
@@ -233,7 +248,9 @@ std::shared_ptr<const Snapshot> SlamSystem::snapshot() {
   map.get();
   if (frames->final_poses) replace_poses(*frames->final_poses, snapshot->trajectory);
   snapshot->movers = moving_objects(movers.get());
-  snapshot->cloud = cloud.get()->cloud;
+  const std::shared_ptr<const LabeledCloud> labeled = cloud.get();
+  snapshot->cloud = labeled->cloud;
+  snapshot->cloud_voxels = {labeled, &labeled->voxels};
   if (frames->newest) snapshot->newest = pose_update(*frames->newest, *snapshot);
   return snapshot;
 }

@@ -107,8 +107,16 @@ class SlamSystem {
   /// Sets whether the frames pushed from now on extend the map.
   void set_extend(bool extend);
 
+  /// Adds a saved map, and merges the present one into it if a place of it is recognized, now or in
+  /// a later keyframe. Returns why no place is recognized yet; empty if they are merged.
+  /// Throws Error for a map of another pyramid.
+  std::string load(SavedMap saved);
+
   /// The frame pushed last, as the tracker saw it; null before the first.
   const TrackedFramePtr& newest() const { return newest_; }
+
+  /// Returns whether the newest pose is in the world of a saved map.
+  bool in_saved_map() const;
 
   /// Returns the record of the frame pushed last. Called after the first push().
   const FrameRecord& newest_record() const { return log_.back(); }

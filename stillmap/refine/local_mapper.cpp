@@ -26,13 +26,12 @@ void RefineTotals::add(const RefineReport& report) {
   repeated.insert(repeated.end(), report.repeated.begin(), report.repeated.end());
 }
 
-LocalMapper::LocalMapper(Map& map, const MapperOptions& options)
-    : map_(map), options_(options), next_component_(next_component(map)) {}
+LocalMapper::LocalMapper(Map& map, const MapperOptions& options) : map_(map), options_(options) {}
 
 KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
   const bool begins_component = !proposal.reference.valid();
   Keyframe made;
-  made.component = begins_component ? next_component_++
+  made.component = begins_component ? map_.new_component()
                                     : map_.at(map_.current_keyframe(proposal.reference)).component;
   made.frame_index = proposal.frame->index();
   made.timestamp = proposal.frame->timestamp();

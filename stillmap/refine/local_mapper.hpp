@@ -64,7 +64,6 @@ class LocalMapper {
   Map& map_;
   MapperOptions options_;
   std::vector<Eigen::Vector3d> repeated_;  // since the last refine()
-  std::uint32_t next_component_ = 0;
 };
 
 }  // namespace stillmap

@@ -91,6 +91,31 @@ RgbdFramePtr FrameMaker::make(const cv::Mat& color, const cv::Mat& depth, double
   return frame;
 }
 
+RgbdFramePtr FrameMaker::make_of_pair(const cv::Mat& left, const cv::Mat& right, double timestamp,
+                                      std::size_t index) {
+  if (camera().depth_sensor.name != "stereo") {
+    throw Error(fmt::format("the depth sensor of camera '{}' is {}, not a stereo pair",
+                            camera().name, camera().depth_sensor.name),
+                kWhere, "give the camera the sensor \"stereo\" and the baseline of the pair");
+  }
+  if (rectifier_.active()) {
+    throw Error(
+        fmt::format("camera '{}' is distorted, but the pair must be rectified", camera().name),
+        kWhere, "push rectified images, with the camera of these");
+  }
+  require_size(left, camera(), "left image", kWhere);
+  require_size(right, camera(), "right image", kWhere);
+  const auto gray_of = [](const cv::Mat& image) {
+    cv::Mat gray;
+    cv::cvtColor(bgr_of(image), gray, cv::COLOR_BGR2GRAY);
+    return gray;
+  };
+  const cv::Mat gray_left = gray_of(left), gray_right = gray_of(right);
+  if (!matcher_) matcher_.emplace(camera());
+  matcher_->check_order(gray_left, gray_right);
+  return make(left, matcher_->depth(gray_left, gray_right), timestamp, index);
+}
+
 /// Returns a copy, since the caller may change its image later.
 cv::Mat FrameMaker::meters_of(const cv::Mat& depth) const {
   const DepthSensor& sensor = camera().depth_sensor;

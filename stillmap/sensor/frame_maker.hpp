@@ -3,8 +3,10 @@
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/rectifier.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
+#include "stillmap/sensor/stereo_matcher.hpp"
 
 #include <cstddef>
+#include <optional>
 
 #include <opencv2/core.hpp>
 
@@ -30,11 +32,19 @@ class FrameMaker {
   RgbdFramePtr make(const cv::Mat& color, const cv::Mat& depth, double timestamp,
                     std::size_t index) const;
 
+  /// Returns a frame made of a rectified stereo pair, with depth by StereoMatcher.
+  /// @param left, right  8-bit BGR or gray, of the camera's size
+  /// Throws Error as make(), for a camera that is distorted or whose depth sensor is not "stereo",
+  /// and as StereoMatcher::check_order().
+  RgbdFramePtr make_of_pair(const cv::Mat& left, const cv::Mat& right, double timestamp,
+                            std::size_t index);
+
  private:
   cv::Mat meters_of(const cv::Mat& depth) const;
 
   Rectifier rectifier_;
   DisparityBias disparity_bias_;
+  std::optional<StereoMatcher> matcher_;  // none before the first pair
 };
 
 }  // namespace stillmap

@@ -262,6 +262,8 @@ NLOHMANN_JSON_SERIALIZE_ENUM(WarningKind, {{WarningKind::kUnknown, "unknown"},
                                            {WarningKind::kCourse, "course"},
                                            {WarningKind::kUnseen, "unseen"}})
 
+std::string name_of(WarningKind kind) { return nlohmann::json(kind).get<std::string>(); }
+
 nlohmann::json warning_json(const WarningEvent& event) {
   const auto array = [](const Eigen::Vector3d& v) {
     return nlohmann::json::array({rounded(v.x()), rounded(v.y()), rounded(v.z())});

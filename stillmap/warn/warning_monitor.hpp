@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/warn/rules.hpp"
+#include "stillmap/warn/warning_event.hpp"
 
 #include <cstddef>
 #include <deque>
@@ -38,35 +39,6 @@ struct WatchedFrame {
   double movers_age = 0;                ///< Age of `movers` [s].
   std::vector<double> zones_seen = {};  ///< Share of each zone in view [0..1]; empty: not known.
   std::vector<WatchedMover> movers;
-};
-
-enum class WarningKind {
-  kZone,     ///< A mover is in a zone.
-  kNear,     ///< A mover is too near to a point.
-  kCourse,   ///< A mover and a point will come too near to each other.
-  kUnseen,   ///< Movers in a zone could be missed: most of it is out of view or hidden.
-  kUnknown,  ///< Movers could be missed: the camera is lost, has no depth, or the network is late.
-};
-
-/// Begin or end of a warning.
-struct WarningEvent {
-  bool begins = true;
-  WarningKind kind = WarningKind::kZone;
-  std::size_t id = 0;      ///< Running number from 1; in WarningMonitor::active() of the begin.
-  std::string rule;        ///< Name of the zone or distance rule, or the reason of kUnknown.
-  std::string point;       ///< Point of a distance rule; otherwise empty.
-  double nearer = 0;       ///< Distance of the rule; 0 for others [m].
-  int mover = 0;           ///< Id of the mover; 0 for kUnseen and kUnknown; negative: not shown.
-  std::string class_name;  ///< Of the mover.
-  double confidence = 0;   ///< Of its class [0..1].
-  bool observed = true;    ///< The mover is observed, not predicted.
-  double distance = 0;     ///< From the point, or the nearest predicted one; 0 for zones [m].
-  double seconds = 0;      ///< Time until the nearest predicted distance [s].
-  bool seen_clear = true;  ///< Of an end: the mover was seen outside; false: it went out of sight.
-  std::size_t frame = 0;
-  double timestamp = 0;                                ///< [s]
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< Of the mover, world frame [m].
-  std::optional<Pose> T_world_camera;
 };
 
 /// Evaluates the rules in each frame. A warning begins in the first frame that breaks a rule, and
@@ -119,9 +91,6 @@ class WarningMonitor {
   WatchedFrame newest_;                                     // without movers
   std::deque<std::pair<double, Eigen::Vector3d>> cameras_;  // recent positions by time
 };
-
-/// Returns an event as a sentence: "person 3 is in zone 'gate'".
-std::string warning_text(const WarningEvent& event);
 
 /// Returns an event as a line of events.jsonl; docs/view.md lists its keys.
 nlohmann::json warning_json(const WarningEvent& event);

@@ -12,7 +12,7 @@ from launch_ros.actions import Node
 
 # The topics of realsense2_camera with align_depth.enable:=true.
 TOPICS = {"color": "color/image_raw", "depth": "aligned_depth_to_color/image_raw", "camera_info": "color/camera_info",
-          "imu": "imu", "wheel_odometry": "wheel_odometry"}
+          "right": "infra2/image_rect_raw", "imu": "imu", "wheel_odometry": "wheel_odometry"}
 
 
 def generate_launch_description():

@@ -66,6 +66,18 @@ def compressed_depth(message):
     return np.where(inverse > 0, np.float32(a) / np.maximum(inverse - np.float32(b), 1e-6), 0).astype(np.float32)
 
 
+def stereo_camera_of(info, ignore):
+    """Returns the camera of a rectified stereo pair by the CameraInfo of its right camera."""
+    p = np.reshape(info.p, (3, 4))
+    if not p[0, 0] > 0 or not p[0, 3] < 0:
+        raise ImageError("camera_info is not that of the right camera of a rectified pair, whose P has the baseline\n"
+                         "  fix: remap camera_info to that of the right camera")
+    camera = stillmap.Camera(info.width, info.height, p[0, 0], p[1, 1], p[0, 2], p[1, 2], depth_factor=1000,
+                             sensor="stereo", baseline=-p[0, 3] / p[0, 0])
+    camera.ignore = ignore
+    return camera
+
+
 def camera_of(info, sensor, rectified, ignore):
     """Returns the camera of a CameraInfo message; rectified: of the images that image_proc rectified."""
     matrix = np.reshape(info.p if rectified else info.k, (3, -1))

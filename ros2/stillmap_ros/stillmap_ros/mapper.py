@@ -2,10 +2,12 @@
 """Slam in the frames of a robot: its poses as map -> odom -> base, and its map in files. For the tracking thread."""
 import json
 import os
+import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import yaml
 
 import stillmap
 from stillmap_ros.pairing import SET_BACK
@@ -21,8 +23,9 @@ class Located:
     """The result of a frame. Covariances as in ROS: x, y, z, and rotations about the fixed axes."""
     time: int  # of the image [ns]
     update: stillmap.PoseUpdate
-    T_map_base: np.ndarray | None = None  # None while there is no pose
+    T_map_base: np.ndarray | None = None  # None while there is no pose in the map
     covariance: np.ndarray = field(default_factory=lambda: np.eye(6))
+    elsewhere: bool = False  # the camera has a pose, but in a map that is not connected with the loaded one
     T_odom_base: np.ndarray | None = None  # visual odometry; None while there is no pose
     odometry_covariance: np.ndarray = field(default_factory=lambda: np.eye(6))
     twist: np.ndarray = field(default_factory=lambda: np.zeros(6))  # (v, w) in the base [m/s, rad/s]
@@ -87,17 +90,30 @@ class Mapper:
     """The system for one camera, and its place in the frames of the robot. The map's frame is the base at the start of
     the map: z up, and on the floor if the base is."""
 
-    def __init__(self, camera, options, T_base_camera, odometry, *, masks=False, load=None, extend=True):
-        self.camera, self.odometry = camera, odometry
+    def __init__(self, camera, options, T_base_camera, odometry, *, stereo=False, masks=False, load=None, extend=True):
+        self.camera, self.odometry, self.stereo = camera, odometry, stereo
         self.slam = stillmap.Slam(camera, options, masks=masks, load_map=load, extend_map=extend)
         if not extend:
             self.slam.set_mode("localize")
+        self.in_loaded = load is not None  # T_map_world is that of the loaded map's world
         self.T_map_world = T_base_camera
         if load is not None and frame_file_of(load).exists():
             self.T_map_world = np.array(json.loads(frame_file_of(load).read_text())["T_map_world"])
         self.T_base_camera = T_base_camera
         self.newest = None  # stamp of the newest frame [ns]
         self.shift = 0  # added to the stamps since the clock was set back [ns]
+
+    def watch(self, file):
+        """Warns of the zones and distances of a file, whose zones are in the frame of the map."""
+        rules = yaml.safe_load(Path(file).read_text())
+        R, t = self.T_map_world[:3, :3].T, self.T_map_world[:3, 3]
+        rules["up"] = (R @ rules.get("up", [0, 0, 1])).tolist()
+        for zone in rules.get("zones", []):
+            zone["polygon"] = [(R @ (np.array(corner) - t)).tolist() for corner in zone["polygon"]]
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as in_world:
+            in_world.write(yaml.safe_dump(rules))
+            in_world.flush()
+            self.slam.watch(in_world.name)
 
     def keep_journal(self, map_file):
         """Keeps a journal next to the file of the map while the node runs; that of a killed node is renamed."""
@@ -117,9 +133,11 @@ class Mapper:
         os.replace(temporary, frame_file_of(map_file))
 
     def push(self, rgb, depth, time, mask, T_base_camera):
-        """Tracks a frame. Returns a Located. Raises StampError."""
+        """Tracks a frame. Returns a Located. Raises StampError.
+        depth: or the right image of a stereo pair"""
         stamp = self._rising(time)
-        update = self.slam.push(rgb, depth, stamp / 10**9, *([] if mask is None else [mask]))
+        push = self.slam.push_stereo if self.stereo else self.slam.push
+        update = push(rgb, depth, stamp / 10**9, *([] if mask is None else [mask]))
         self.newest = stamp
         located = Located(time, update)
         if update.T_world_camera is not None:
@@ -159,8 +177,10 @@ class Mapper:
             T_previous_base = self.T_base_camera @ update.T_previous_camera @ T_camera_base
         self.odometry.add(stamp, T_previous_base, error)
         odometry = self.odometry
-        located.T_map_base = self.T_map_world @ update.T_world_camera @ T_camera_base
-        located.covariance = covariance_in(located.T_map_base, error)
+        located.elsewhere = self.in_loaded and not update.in_saved_map
+        if not located.elsewhere:
+            located.T_map_base = self.T_map_world @ update.T_world_camera @ T_camera_base
+            located.covariance = covariance_in(located.T_map_base, error)
         located.T_odom_base = odometry.T_odom_base
         located.odometry_covariance = covariance_in(odometry.T_odom_base, odometry.covariance)
         located.twist, located.twist_covariance = odometry.twist, odometry.twist_covariance

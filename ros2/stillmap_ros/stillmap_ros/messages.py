@@ -4,11 +4,12 @@ import array
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Pose, TransformStamped
+from geometry_msgs.msg import Point, Pose, TransformStamped, Vector3
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import ColorRGBA, Header
+from stillmap_msgs.msg import Mover, MoverArray, ZoneWarning, ZoneWarningArray
 from visualization_msgs.msg import Marker, MarkerArray
 
 from stillmap_ros.transforms import quaternion_of
@@ -16,6 +17,7 @@ from stillmap_ros.transforms import quaternion_of
 COLORS = {"person": (1.0, 0.3, 0.1)}
 OTHER = (1.0, 0.7, 0.0)  # color of movers of other classes
 SECONDS_SHOWN = 1  # time for which a marker stays without a new one
+PREDICTED, STEP = 4, 0.5  # number and interval of the predicted positions of a mover [s]
 
 
 def time_of(nanoseconds):
@@ -82,6 +84,11 @@ def cloud_of(points, colors, nanoseconds, frame):
                        row_step=16 * len(points), data=bytes_of(packed), is_dense=True)
 
 
+def points_of(cloud):
+    """Returns the points N x 3 of a message of cloud_of()."""
+    return np.frombuffer(cloud.data, "<f4").reshape(-1, 4)[:, :3]
+
+
 def grid_of(grid, nanoseconds, frame):
     message = OccupancyGrid(header=header_of(nanoseconds, frame))
     message.info.map_load_time = message.header.stamp
@@ -91,6 +98,35 @@ def grid_of(grid, nanoseconds, frame):
     message.info.origin.orientation.w = 1.0
     message.data = array.array("b", grid.values.tobytes())
     return message
+
+
+def point_of(p):
+    return Point(x=float(p[0]), y=float(p[1]), z=float(p[2]))
+
+
+def extent_of(mover, T_map_world):
+    """Returns the lower and upper corner of the box of a mover along the axes of the map [m]."""
+    corners = np.array(np.meshgrid(*mover.box.T)).reshape(3, -1).T @ T_map_world[:3, :3].T + T_map_world[:3, 3]
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def tracks_of(movers, T_map_world, nanoseconds, frame):
+    array_of_movers, R, t = MoverArray(header=header_of(nanoseconds, frame)), T_map_world[:3, :3], T_map_world[:3, 3]
+    for mover in movers:
+        low, high = extent_of(mover, T_map_world)
+        center, velocity = R @ mover.centroid + t, R @ mover.velocity
+        array_of_movers.movers.append(Mover(
+            id=mover.id, class_name=mover.class_name, observed=mover.observed, position=point_of(center),
+            velocity=Vector3(x=velocity[0], y=velocity[1], z=velocity[2]), box_min=point_of(low), box_max=point_of(high),
+            predicted=[point_of(center + (i + 1) * STEP * velocity) for i in range(PREDICTED)], predicted_step=STEP))
+    return array_of_movers
+
+
+def warnings_of(warnings, T_map_world, nanoseconds, frame):
+    return ZoneWarningArray(header=header_of(nanoseconds, frame), warnings=[ZoneWarning(
+        kind=w.kind, id=w.id, rule=w.rule, mover=w.mover, class_name=w.class_name,
+        position=point_of(T_map_world[:3, :3] @ w.position + T_map_world[:3, 3]), distance=w.distance, seconds=w.seconds,
+        text=str(w)) for w in warnings])
 
 
 def _marker(mover, header, kind, namespace):
@@ -107,14 +143,13 @@ def movers_of(movers, T_map_world, nanoseconds, frame):
     header, markers = header_of(nanoseconds, frame), []
     R, t = T_map_world[:3, :3], T_map_world[:3, 3]
     for mover in movers:
-        corners = np.array(np.meshgrid(*mover.box.T)).reshape(3, -1).T @ R.T + t
-        low, high = corners.min(axis=0), corners.max(axis=0)
+        low, high = extent_of(mover, T_map_world)
         center, velocity = R @ mover.centroid + t, R @ mover.velocity
         box = _marker(mover, header, Marker.CUBE, "movers")
         box.pose.position.x, box.pose.position.y, box.pose.position.z = ((low + high) / 2).tolist()
         box.scale.x, box.scale.y, box.scale.z = np.maximum(high - low, 0.01).tolist()
         arrow = _marker(mover, header, Marker.ARROW, "velocities")
-        arrow.points = [Point(x=p[0], y=p[1], z=p[2]) for p in (center.tolist(), (center + velocity).tolist())]
+        arrow.points = [point_of(center), point_of(center + velocity)]
         arrow.scale.x, arrow.scale.y = 0.05, 0.1
         text = _marker(mover, header, Marker.TEXT_VIEW_FACING, "classes")
         text.pose.position.x, text.pose.position.y, text.pose.position.z = *center[:2].tolist(), float(high[2]) + 0.2

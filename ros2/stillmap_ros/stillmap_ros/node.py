@@ -25,11 +25,13 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu, PointCloud2
 from std_srvs.srv import SetBool, Trigger
+from stillmap_msgs.msg import MoverArray, ZoneWarningArray
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 import stillmap
 from stillmap_ros import images, messages
+from stillmap_ros.changes import Changes
 from stillmap_ros.grid import grid_of_cloud
 from stillmap_ros.mapper import Mapper, Odometry as VisualOdometry, journal_of
 from stillmap_ros.pairing import Pairing, Queue
@@ -48,10 +50,12 @@ PARAMETERS = {
     "imu": False,  # the topic `imu` supports the poses
     "wheels": False,  # the topic `wheel_odometry` bridges seconds without a pose
     "rectified": False,  # the images are those of image_proc
+    "stereo": False,  # a rectified pair: `right` in place of depth, camera_info of the right camera
     "pairing": 0.02,  # largest difference of the stamps of color and depth [s]
     "sensor": "kinect_v1", "static_mask": "",  # PNG file, white where the robot sees itself
     "preset": "", "options": [""],  # of Stillmap, NAME=VALUE
     "map_file": "", "localize": False, "results": "",
+    "zones": "",  # file of zones and distances to warn of, in the frame of the map
     "map_period": 2.0,  # time between two clouds and grids [s]; 0: none
     "grid_cell": 0.05, "grid_lowest": 0.1, "grid_highest": 1.8, "robot_radius": 0.2,  # [m]
 }
@@ -210,6 +214,8 @@ class StillmapNode(Node):
         compressed = {name: self.settings[f"{name}_transport"] == "compressed" for name in ("color", "depth")}
         names = {"color": "color/compressed" if compressed["color"] else "color",
                  "depth": "depth/compressedDepth" if compressed["depth"] else "depth"}
+        if self.settings["stereo"]:
+            names["depth"] = "right/compressed" if compressed["depth"] else "right"
         topics = [(self._resolved(names[name]), CompressedImage if compressed[name] else Image, index)
                   for index, name in enumerate(("color", "depth"))]
         if self.settings["masks"]:
@@ -230,7 +236,11 @@ class StillmapNode(Node):
         self.odometry = self.create_publisher(Odometry, "odom", 10)
         self.pose = self.create_publisher(PoseWithCovarianceStamped, "pose", 10)
         self.movers = self.create_publisher(MarkerArray, "movers", 10)
+        self.tracks = self.create_publisher(MoverArray, "tracks", 10)
+        self.warnings = self.create_publisher(ZoneWarningArray, "warnings", 10)
         self.cloud = self.create_publisher(PointCloud2, "cloud", latched())
+        self.cloud_added = self.create_publisher(PointCloud2, "cloud_added", 10)
+        self.cloud_removed = self.create_publisher(PointCloud2, "cloud_removed", 10)
         self.grid = self.create_publisher(OccupancyGrid, "map", latched())
         self.path = self.create_publisher(PathMessage, "path", 1)
         self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -286,7 +296,8 @@ class StillmapNode(Node):
         self.newest = located
         self.counts["tracked" if located.T_map_base is not None else "without a pose"] += 1
         if located.T_map_base is None:
-            self._tell(f"no pose: {located.update.reason}")
+            elsewhere = "the camera is in a new map, which is not connected with the loaded one yet"
+            self._tell(f"no pose: {elsewhere if located.elsewhere else located.update.reason}")
         self._publish_pose(located)
 
     def _located(self, complete):
@@ -345,11 +356,13 @@ class StillmapNode(Node):
     def _pixels(self, message, index):
         if isinstance(message, Image):
             return images.raw_pixels(message)
-        return (images.compressed_color, images.compressed_depth)[index](message)
+        if index == 0 or self.settings["stereo"]:
+            return images.compressed_color(message)
+        return images.compressed_depth(message)
 
     def _require_size(self, rgb, depth):
         camera = self.mapper.camera
-        for name, image in (("color", rgb), ("depth", depth)):
+        for name, image in (("color", rgb), ("right" if self.settings["stereo"] else "depth", depth)):
             if image.shape[:2] == (camera.height, camera.width):
                 continue
             raise images.ImageError(
@@ -367,8 +380,11 @@ class StillmapNode(Node):
 
     def _start(self, info, T_base_camera, imu):
         """Starts a map, or in one."""
-        camera = images.camera_of(info, self.settings["sensor"], self.settings["rectified"],
-                                  self.settings["static_mask"])
+        if self.settings["stereo"]:
+            camera = images.stereo_camera_of(info, self.settings["static_mask"])
+        else:
+            camera = images.camera_of(info, self.settings["sensor"], self.settings["rectified"],
+                                      self.settings["static_mask"])
         camera.imu = imu
         if self.settings["wheels"]:
             camera.T_camera_base = np.linalg.inv(T_base_camera)
@@ -382,8 +398,11 @@ class StillmapNode(Node):
             self._use_map(camera, T_base_camera, None)
 
     def _use_map(self, camera, T_base_camera, load):
-        self.mapper = Mapper(camera, self.options, T_base_camera, self.visual_odometry, masks=self.settings["masks"],
-                             load=load, extend=self.extend)
+        mapper = Mapper(camera, self.options, T_base_camera, self.visual_odometry, stereo=self.settings["stereo"],
+                        masks=self.settings["masks"], load=load, extend=self.extend)
+        if self.settings["zones"]:
+            mapper.watch(self.settings["zones"])
+        self.mapper, self.changes = mapper, Changes()
         self.T_map_odom = np.eye(4)
         if self.map_file:
             self.mapper.keep_journal(self.map_file)
@@ -392,11 +411,11 @@ class StillmapNode(Node):
         map_frame, odom_frame = self.settings["map_frame"], self.settings["odom_frame"]
         base_frame = self.settings["base_frame"] or "camera"
         transforms = []
+        T_odom_base = located.T_odom_base
+        if T_odom_base is not None and self.settings["publish_odom"]:
+            transforms.append(messages.transform_of(T_odom_base, located.time, odom_frame, base_frame))
         if located.T_map_base is not None:
-            T_odom_base = located.T_odom_base
-            if self.settings["publish_odom"]:
-                transforms.append(messages.transform_of(T_odom_base, located.time, odom_frame, base_frame))
-            else:
+            if not self.settings["publish_odom"]:
                 T_odom_base = self.tree.lookup(odom_frame, base_frame, located.time)
                 if T_odom_base is None:
                     self._tell(f"no transform {odom_frame} -> {base_frame} at the time of the image\n"
@@ -406,14 +425,13 @@ class StillmapNode(Node):
         ahead = located.time + round(1e9 * self.settings["transform_tolerance"])
         transforms.append(messages.transform_of(self.T_map_odom, ahead, map_frame, odom_frame))
         self.tf.publish(TFMessage(transforms=transforms))
-        if located.T_map_base is None:
-            return
-        self.pose.publish(messages.pose_message(located.T_map_base, located.covariance, located.time, map_frame))
-        if self.settings["publish_odom"]:
+        if located.T_map_base is not None:
+            self.pose.publish(messages.pose_message(located.T_map_base, located.covariance, located.time, map_frame))
+            self.delays.append((self.get_clock().now().nanoseconds - located.time) / 1e9)
+        if located.T_odom_base is not None and self.settings["publish_odom"]:
             self.odometry.publish(messages.odometry_of(
                 located.T_odom_base, located.odometry_covariance, located.twist, located.twist_covariance, located.time,
                 odom_frame, base_frame))
-        self.delays.append((self.get_clock().now().nanoseconds - located.time) / 1e9)
 
     # The thread of the map
 
@@ -421,17 +439,24 @@ class StillmapNode(Node):
         next_map = 0.0
         while not self.stopping.wait(0.1):
             mapper, newest = self.mapper, self.newest
-            if mapper is None or newest is None:
+            if mapper is None or newest is None or newest.elsewhere:
                 continue
-            if self.movers.get_subscription_count():
-                self.movers.publish(messages.movers_of(mapper.slam.movers, mapper.T_map_world, newest.time,
-                                                       self.settings["map_frame"]))
+            self._publish_movers(mapper, newest.time)
             if 0 < self.settings["map_period"] and next_map <= time.monotonic():
                 begin = time.monotonic()
                 self._publish_map(mapper, newest.time)
                 self.findings = mapper.slam.findings
                 # The map takes a tenth of one core at most.
                 next_map = begin + max(self.settings["map_period"], 10 * (time.monotonic() - begin))
+
+    def _publish_movers(self, mapper, stamp):
+        T, frame = mapper.T_map_world, self.settings["map_frame"]
+        if self.movers.get_subscription_count() or self.tracks.get_subscription_count():
+            movers = mapper.slam.movers
+            self.movers.publish(messages.movers_of(movers, T, stamp, frame))
+            self.tracks.publish(messages.tracks_of(movers, T, stamp, frame))
+        if self.settings["zones"]:
+            self.warnings.publish(messages.warnings_of(mapper.slam.warnings, T, stamp, frame))
 
     def _publish_map(self, mapper, stamp):
         snapshot = mapper.slam.snapshot()
@@ -443,6 +468,11 @@ class StillmapNode(Node):
             self.path.publish(messages.path_of(poses, stamp, frame))
         if self.cloud.get_subscription_count():
             self.cloud.publish(messages.cloud_of(points, snapshot.cloud.colors, stamp, frame))
+        if self.cloud_added.get_subscription_count() or self.cloud_removed.get_subscription_count():
+            added, removed = self.changes.update(snapshot.cloud.points, snapshot.cloud_voxels)
+            removed = removed @ T[:3, :3].T + T[:3, 3]
+            self.cloud_added.publish(messages.cloud_of(points[added], snapshot.cloud.colors[added], stamp, frame))
+            self.cloud_removed.publish(messages.cloud_of(removed, np.zeros_like(removed, np.uint8), stamp, frame))
         way = np.array([T[:2, 3] for _, T in poses]).reshape(-1, 2)
         grid = grid_of_cloud(points, way, self.settings["grid_cell"], self.settings["grid_lowest"],
                              self.settings["grid_highest"], self.settings["robot_radius"])
