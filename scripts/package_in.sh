@@ -13,7 +13,7 @@ release=$1
 # shellcheck source=scripts/clean_root.sh
 . scripts/clean_root.sh
 mkdir -p "build/$release"
-git archive --format=tar HEAD >"build/$release/source.tar"
+git -c tar.umask=0022 archive --format=tar HEAD >"build/$release/source.tar"
 in_clean_root "$release" ca-certificates,make,lintian \
   --customize-hook="mkdir -p \"\$1/source\"" \
   --customize-hook="tar-in build/$release/source.tar /source" \

@@ -148,7 +148,7 @@ void bind_movers(py::module_& module) {
   py::class_<WarningEvent>(module, "WarningEvent", "A warning of the rules of Slam.watch().")
       .def_property_readonly(
           "kind", [](const WarningEvent& w) { return name_of(w.kind); },
-          "\"zone\", \"near\", \"course\", \"unseen\" or \"unknown\".")
+          R"("zone", "near", "course", "unseen" or "unknown".)")
       .def_readonly("id", &WarningEvent::id, "Running number from 1.")
       .def_readonly("rule", &WarningEvent::rule,
                     "Name of the zone or distance, or the reason of \"unknown\".")

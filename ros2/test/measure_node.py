@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Delay and CPU time of the node with a camera of 640 x 480 pixels at 30 Hz, printed: lab/records/robot.md.
+
+  python3 ros2/test/run_tests.py --venv build/ros_venv --package build/release/python --command build/release/stillmap \\
+      ros2/test/measure_node.py -s
+"""
+import re
+
+import numpy as np
+import pytest
+from conftest import command, stop
+from stillmap_ros.images import nanoseconds
+
+FRAMES, PASSES = 150, 4
+# The node, which counts the CPU time of its Python threads outside Slam.push(), of the middleware, and of all.
+NODE = """
+import os, threading, time
+from stillmap_ros import mapper, node
+inside = [0.0, 0]
+
+class Timed:
+    def __init__(self, slam):
+        self.slam = slam
+    def __getattr__(self, name):
+        return getattr(self.slam, name)
+    def push(self, *frame):
+        begin = time.thread_time()
+        result = self.slam.push(*frame)
+        inside[0] += time.thread_time() - begin
+        inside[1] += 1
+        return result
+
+def seconds_of(task):
+    times = open(f'/proc/self/task/{task}/stat').read().rsplit(')', 1)[1].split()
+    return (int(times[11]) + int(times[12])) / os.sysconf('SC_CLK_TCK')
+
+make, close = mapper.Mapper.__init__, node.StillmapNode.close
+def made(self, *words, **more):
+    make(self, *words, **more)
+    self.slam = Timed(self.slam)
+def closed(self):
+    own = {thread.native_id for thread in threading.enumerate()}
+    tasks = {int(task): open(f'/proc/self/task/{task}/comm').read() for task in os.listdir('/proc/self/task')}
+    python = sum(seconds_of(task) for task in tasks if task in own) - inside[0]
+    middleware = sum(seconds_of(task) for task, name in tasks.items() if task not in own and name.startswith('dds'))
+    print('MEASURED', inside[1], python, middleware, time.process_time())
+    close(self)
+mapper.Mapper.__init__, node.StillmapNode.close = made, closed
+node.main()
+"""
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("simulated") / "sequence"
+    command("simulate", "--people", 2, "--frames", FRAMES, "--out", folder)
+    return folder
+
+
+def test_delay_and_load(processes, robot, recording):
+    node = processes.start("node", "-c", NODE, "--ros-args", "-p", "map_period:=2.0")
+    processes.camera(recording, "--now", "--repeat", PASSES)
+    assert robot.spin_until(lambda: robot.says("no images for"), 120), node.log.read_text()
+    values, _ = robot.values()
+    delays = 1000 * np.array([arrived - nanoseconds(m.header.stamp) / 1e9
+                              for arrived, m in zip(robot.times["pose"], robot.got["pose"])])
+    log = stop(node)
+    frames, python, middleware, everything = map(float, re.search("MEASURED (.*)", log).group(1).split())
+    print(f"\nframes: {values['frames received']} received, {values['frames dropped']} dropped"
+          f"\ndelay from the stamp to the received pose: median {np.median(delays):.0f} ms, p95 {np.quantile(delays, 0.95):.0f} ms"
+          f"\nCPU time per frame: node {1000 * python / frames:.1f} ms, middleware {1000 * middleware / frames:.1f} ms, "
+          f"all {1000 * everything / frames:.1f} ms")
