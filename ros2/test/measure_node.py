@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Delay and CPU time of the node with a camera of 640 x 480 pixels at 30 Hz, printed: lab/records/robot.md.
+"""Delay and CPU time of the node with a camera of 640 x 480 pixels at 30 Hz, printed.
 
   python3 ros2/test/run_tests.py --venv build/ros_venv --package build/release/python --command build/release/stillmap \\
       ros2/test/measure_node.py -s
 """
+import json
 import re
 
 import numpy as np
@@ -14,7 +15,7 @@ from stillmap_ros.images import nanoseconds
 FRAMES, PASSES = 150, 4
 # The node, which counts the CPU time of its Python threads outside Slam.push(), of the middleware, and of all.
 NODE = """
-import os, threading, time
+import json, os, threading, time
 from stillmap_ros import mapper, node
 inside = [0.0, 0]
 
@@ -39,11 +40,13 @@ def made(self, *words, **more):
     make(self, *words, **more)
     self.slam = Timed(self.slam)
 def closed(self):
-    own = {thread.native_id for thread in threading.enumerate()}
+    own = {thread.native_id: thread.name for thread in threading.enumerate()}
     tasks = {int(task): open(f'/proc/self/task/{task}/comm').read() for task in os.listdir('/proc/self/task')}
-    python = sum(seconds_of(task) for task in tasks if task in own) - inside[0]
-    middleware = sum(seconds_of(task) for task, name in tasks.items() if task not in own and name.startswith('dds'))
-    print('MEASURED', inside[1], python, middleware, time.process_time())
+    spent = {name: seconds_of(task) for task, name in own.items()}
+    spent['tracking'] -= inside[0]
+    spent['middleware'] = sum(seconds_of(task) for task, name in tasks.items() if task not in own and name.startswith('dds'))
+    spent['all'] = time.process_time()
+    print('MEASURED', json.dumps({name: 1000 * seconds / inside[1] for name, seconds in spent.items()}))
     close(self)
 mapper.Mapper.__init__, node.StillmapNode.close = made, closed
 node.main()
@@ -65,8 +68,7 @@ def test_delay_and_load(processes, robot, recording):
     delays = 1000 * np.array([arrived - nanoseconds(m.header.stamp) / 1e9
                               for arrived, m in zip(robot.times["pose"], robot.got["pose"])])
     log = stop(node)
-    frames, python, middleware, everything = map(float, re.search("MEASURED (.*)", log).group(1).split())
+    spent = json.loads(re.search("MEASURED (.*)", log).group(1))
     print(f"\nframes: {values['frames received']} received, {values['frames dropped']} dropped"
           f"\ndelay from the stamp to the received pose: median {np.median(delays):.0f} ms, p95 {np.quantile(delays, 0.95):.0f} ms"
-          f"\nCPU time per frame: node {1000 * python / frames:.1f} ms, middleware {1000 * middleware / frames:.1f} ms, "
-          f"all {1000 * everything / frames:.1f} ms")
+          "\nCPU time per frame by thread, without Slam.push() [ms]: " + ", ".join(f"{name} {t:.1f}" for name, t in spent.items()))
