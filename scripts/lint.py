@@ -24,7 +24,7 @@ BUILD = ROOT / "build/lint"
 PAGE = ROOT / "stillmap/view/page"
 CLANG_TIDY = ROOT / "build/venv/bin/clang-tidy"
 OUR_HEADERS = rf"^{re.escape(str(ROOT))}/(stillmap|apps|lab|fuzz)/.*\.hpp$"
-GCC_ONLY = {"-fpch-preprocess"}
+GCC_ONLY = ("-fpch-preprocess", "--param=")
 INCLUDE = re.compile(r'^\s*#\s*include\s*"((?:stillmap|apps|lab|fuzz)/[^"]+)"', re.MULTILINE)
 
 
@@ -32,7 +32,7 @@ def read_commands():
     """Source -> its compile command, adapted to clang, which does not know all of GCC's flags."""
     entries = json.loads((BUILD / "compile_commands.json").read_text())
     for entry in entries:
-        entry["command"] = " ".join(w for w in entry["command"].split() if w not in GCC_ONLY)
+        entry["command"] = " ".join(w for w in entry["command"].split() if not w.startswith(GCC_ONLY))
     (BUILD / "tidy").mkdir(exist_ok=True)
     (BUILD / "tidy/compile_commands.json").write_text(json.dumps(entries))
     return {Path(entry["file"]): entry["command"] for entry in entries}
