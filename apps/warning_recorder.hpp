@@ -55,17 +55,14 @@ class WarningRecorder final : public RunSink {
 
   /// Evaluates the frame pushed last. In lockstep this waits for its movers.
   void on_frame(SlamSystem& slam) override;
-  /// Calls finish(), and adds all announced events to the record, and a finding for each receiver
-  /// that got none.
+  /// Announces that nothing is known from now on, prints what was sent to the receivers, and adds
+  /// all announced events to the record, and a finding for each receiver that got none.
   void on_last_frame(RunRecord& record) override;
   void on_failure() override { finish(); }
   /// Adds the finding that the zones stand tilted, if the floor says so.
   void on_results(RunRecord& record) override;
   /// Evaluates a frame.
   void add(const WatchedFrame& frame);
-  /// Announces that nothing is known from now on, and prints what was sent to the receivers.
-  /// Further calls have no effect.
-  void finish();
 
   std::size_t warnings() const { return warnings_; }  ///< Number of warnings that have begun.
 
@@ -74,6 +71,7 @@ class WarningRecorder final : public RunSink {
     EventAddress address;
     std::unique_ptr<EventSender> sender;
   };
+  void finish();
   void record(const std::vector<WarningEvent>& events);
 
   std::mutex mutex_;  // of everything below

@@ -91,7 +91,7 @@ class Installed(unittest.TestCase):
         include = self.prefix / "include" / "stillmap"
         found = sorted(file.relative_to(include).as_posix() for file in include.rglob("*") if file.is_file())
         self.assertEqual(found, sorted(ARGUMENTS.headers.split(";")))
-        self.assertLessEqual(len(found), 17)
+        self.assertLessEqual(len(found), 18)
 
     def test_no_program_names_the_source_or_build_folder(self):
         for program in self.programs():
