@@ -50,6 +50,9 @@ if(TARGET stillmap_python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
       "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor}), python3-numpy")
 endif()
+# They make and remove the bytecode of the module.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA "${PROJECT_SOURCE_DIR}/cmake/debian/python/postinst;\
+${PROJECT_SOURCE_DIR}/cmake/debian/python/prerm")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "stillmap ${same_version}")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION "RGB-D SLAM for dynamic scenes (Python module)
 Python module of Stillmap, which estimates the trajectory of a depth camera

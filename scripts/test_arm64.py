@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Uses what `make arm64` made under QEMU: the command of the Debian package and of the wheel on a rendered sequence, whose
 trajectories must be the same bytes as those of the native command; the Python module; and the unit tests of the modules that compute.
+The processor is the Cortex-A76 of the Raspberry Pi 5.
 
-  test_arm64.py [--frames N] [--modules NAME,NAME...]
+  test_arm64.py [--frames N] [--model NETWORK.onnx] [--modules NAME,NAME...]
 """
 import argparse
 import subprocess
@@ -15,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 ARM_ROOT = ROOT / "build" / "arm64_root"
-QEMU = ["qemu-aarch64", "-L", ARM_ROOT]
+QEMU = ["qemu-aarch64", "-cpu", "cortex-a76", "-L", ARM_ROOT]
 MODULES = "base,config,geometry,inertial,recording,sensor,feature,segment,motion,map,optimize,track,loop,dense"
 LEFT_OUT = "DenseMap.NeverHoldsMorePixelsThanItsMemory"  # QEMU does not tell which pages of a mapped file are resident
 SAME = ("trajectory.txt", "trajectory_live.txt", "trajectory_covariance.txt", "keyframes.txt", "movers.csv")
@@ -50,28 +51,31 @@ def wheel_command(folder):
     return command
 
 
-def differing_results(folder, frames):
+def differing_results(folder, frames, model):
     """Runs the programs on the same recording; yields the results that differ from the native ones."""
     run(ROOT / "build/release/stillmap", "simulate", "--frames", frames, "--people", 2, "--out", folder / "sequence")
     programs = {"native": [ROOT / "build/release/stillmap"],
                 "package": [*QEMU, package_command(folder / "package")], "wheel": [*QEMU, wheel_command(folder / "wheel")]}
-    for name, program in programs.items():
-        start = time.monotonic()
-        run(*program, "run", folder / "sequence", "--quiet", "--out", folder / name / "results")
-        print(f"{name}: {frames} frames in {time.monotonic() - start:.1f} s", flush=True)
+    runs = [(name, []) for name in programs]
+    if model:  # run by OpenVINO, which the wheel does not have
+        runs += [(name, ["--model", model.resolve()]) for name in ("native", "package")]
+    for name, network in runs:
+        start, results = time.monotonic(), "with network" if network else "results"
+        run(*programs[name], "run", folder / "sequence", *network, "--quiet", "--out", folder / name / results)
+        print(f"{name}, {results}: {frames} frames in {time.monotonic() - start:.1f} s", flush=True)
         for file in SAME:
-            expected = (folder / "native" / "results" / file).read_bytes()
-            if (folder / name / "results" / file).read_bytes() != expected:
-                yield f"{name}: {file}"
+            if (folder / name / results / file).read_bytes() != (folder / "native" / results / file).read_bytes():
+                yield f"{name}, {results}: {file}"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--frames", type=int, default=60)
+    parser.add_argument("--model", type=Path, help="network in ONNX format that is compared, too")
     parser.add_argument("--modules", default=MODULES)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        differing = list(differing_results(Path(folder), arguments.frames))
+        differing = list(differing_results(Path(folder), arguments.frames, arguments.model))
     print("results that differ from the native ones:", ", ".join(differing) or "none", flush=True)
     modules = arguments.modules.split(",")
     run("cmake", "--build", "--preset", "arm64", "--target", *(f"stillmap_{module}_test" for module in modules))

@@ -43,4 +43,5 @@ apt-get purge -q -y stillmap python3-stillmap libstillmap-dev >apt.log 2>&1 || {
 for file in $files; do
   [ -d "$file" ] || [ ! -e "$file" ] || fail "$file was not removed"
 done
+[ ! -e /usr/lib/python3/dist-packages/stillmap ] || fail "bytecode of the Python module was not removed"
 passed "all packages are removed"
