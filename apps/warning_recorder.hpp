@@ -55,8 +55,8 @@ class WarningRecorder final : public RunSink {
 
   /// Evaluates the frame pushed last. In lockstep this waits for its movers.
   void on_frame(SlamSystem& slam) override;
-  /// Announces that nothing is known from now on, prints what was sent to the receivers, and adds
-  /// all announced events to the record, and a finding for each receiver that got none.
+  /// Announces the end of the run, prints the number of events sent to each receiver, and adds all
+  /// events to the record, with a finding for each receiver that got none.
   void on_last_frame(RunRecord& record) override;
   void on_failure() override { finish(); }
   /// Adds the finding that the zones stand tilted, if the floor says so.

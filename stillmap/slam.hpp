@@ -63,8 +63,9 @@ struct PoseUpdate {
   /// False if the pose contradicts the motion of the camera in the frames before, or nearly all
   /// keypoints move; its covariance is then enlarged.
   bool certain = true;
-  /// The world of T_world_camera is that of a saved map: see StartMap and Slam::load_map(). False
-  /// where the camera was not relocalized in it, so that the world is another one.
+  /// Whether T_world_camera is in the world frame of a saved map: see StartMap and
+  /// Slam::load_map(). False until the camera is relocalized in the saved map or the present map is
+  /// merged into it.
   bool in_saved_map = false;
   /// Covariance of the pose within the map before the filter, as UncertainPose::covariance; zero
   /// without a pose and for the first frame of a map.

@@ -110,7 +110,7 @@ class Map {
   /// @param age  whether its components count as older or younger than those here: of two merged
   ///             components, the world frame of the older one remains
   std::vector<KeyframeId> add(MapContent content, MapAge age);
-  /// Returns the number of a new component, which is larger than those of all others.
+  /// Returns an unused component number, larger than all used so far.
   std::uint32_t new_component() { return next_component_++; }
 
   /// Adds a keyframe without landmarks and sets its id, sequence and session. Its address stays

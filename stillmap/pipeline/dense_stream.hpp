@@ -110,7 +110,7 @@ class DenseStream {
   void settle(const std::vector<NewKeyframe>& made);
   std::shared_ptr<const LabeledCloud> live_cloud();
   void add_loaded(std::vector<AnchoredView> views);
-  /// Returns the id of the view of a frame; those of loaded maps have smaller ids.
+  /// Returns the id of a frame's view; views of loaded maps have smaller ids.
   static std::uint64_t view_of(std::size_t frame_index) {
     return (std::uint64_t{1} << 32) + frame_index;
   }

@@ -8,14 +8,14 @@
 
 namespace stillmap {
 
-/// Gathers what the warnings need to know of each frame.
+/// Collects the input of WarningMonitor for each frame.
 class FrameWatch {
  public:
-  /// @param zones        whose shares in view are found
+  /// @param zones        zones whose visible share is computed
   /// @param has_network  whether there are masks to come
   FrameWatch(std::vector<Zone> zones, bool has_network);
 
-  /// Returns what is known at the frame pushed last. In lockstep this waits for its movers.
+  /// Returns the input for the frame pushed last. In lockstep this waits for its movers.
   WatchedFrame newest(SlamSystem& slam);
 
  private:

@@ -526,7 +526,7 @@ TEST(SavedMap, IsMergedWithTheMapOfTheRunThatLoadsIt) {
   EXPECT_GT(all.keyframes, of_first.keyframes);
   EXPECT_GT(all.views, of_first.views);
   EXPECT_EQ(result.keyframes.size() + of_first.keyframes, all.keyframes)
-      << "keyframes of the run are those of its own frames";
+      << "the loaded keyframes do not count as keyframes of the run";
 }
 
 TEST(SavedMap, LoadedWhileRunningGivesTheSameBytesInEveryRun) {

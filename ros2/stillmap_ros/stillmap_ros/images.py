@@ -70,8 +70,8 @@ def stereo_camera_of(info, ignore):
     """Returns the camera of a rectified stereo pair by the CameraInfo of its right camera."""
     p = np.reshape(info.p, (3, 4))
     if not p[0, 0] > 0 or not p[0, 3] < 0:
-        raise ImageError("camera_info is not that of the right camera of a rectified pair, whose P has the baseline\n"
-                         "  fix: remap camera_info to that of the right camera")
+        raise ImageError("P of camera_info contains no baseline, so it is not from the right camera of a rectified pair\n"
+                         "  fix: remap camera_info to the topic of the right camera")
     camera = stillmap.Camera(info.width, info.height, p[0, 0], p[1, 1], p[0, 2], p[1, 2], depth_factor=1000,
                              sensor="stereo", baseline=-p[0, 3] / p[0, 0])
     camera.ignore = ignore
