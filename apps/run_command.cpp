@@ -39,7 +39,9 @@ int run(const RunArguments& arguments) {
   return code;
 }
 
-void add_input_options(CLI::App& command, RunArguments& arguments) {
+}  // namespace
+
+void add_recording_options(CLI::App& command, RunRequest& arguments) {
   command.option_defaults()->group("Recording");
   command
       .add_option("--camera", arguments.camera,
@@ -78,7 +80,7 @@ void add_input_options(CLI::App& command, RunArguments& arguments) {
                    "use images of half the width and height, for slow computers");
 }
 
-void add_method_options(CLI::App& command, RunArguments& arguments) {
+void add_method_options(CLI::App& command, RunRequest& arguments) {
   command.option_defaults()->group("Method");
   std::vector<std::string> preset_names;
   for (const Preset& preset : presets()) preset_names.push_back(preset.name);
@@ -106,34 +108,10 @@ void add_method_options(CLI::App& command, RunArguments& arguments) {
       .add_option("--set", arguments.settings,
                   "override one option, group.name=value; may be repeated")
       ->allow_extra_args(false);
-  command.add_option("--dump-config", arguments.dump_config,
-                     "write all options in force to this file (- for standard output) and exit");
 }
 
-void add_view_and_terminal_options(CLI::App& command, RunArguments& arguments) {
-  command.option_defaults()->group("View and warnings");
-  add_view_options(command, arguments.view);
-  CLI::Option* zones = command.add_option(
-      "--zones", arguments.zones,
-      "YAML file of zones and distances; warn of moving objects in them (docs/view.md): an aid, "
-      "no safety device");
-  add_hook_offset(command, arguments.hook_offset)->needs(zones);
-  add_events_option(command, arguments.events)->needs(zones);
-  command.option_defaults()->group("Terminal");
-  command.add_flag_callback(
-      "-q,--quiet",
-      [&arguments] {
-        arguments.quiet = true;
-        Progress::hide();
-      },
-      "print nothing but problems");
-  command.add_flag("-v,--verbose", arguments.verbose,
-                   "also print all events of the run and the times of its stages");
-}
-
-void add_output_options(CLI::App& command, RunArguments& arguments) {
+void add_result_options(CLI::App& command, RunRequest& arguments) {
   command.option_defaults()->group("Results");
-  command.add_option("--out", arguments.out, "output folder; default: stillmap_SEQUENCE");
   add_force_option(command, arguments.force);
   add_dense_options(command, arguments.outputs.dense);
   LabelRecording& labels = arguments.outputs.labels;
@@ -175,8 +153,42 @@ void add_output_options(CLI::App& command, RunArguments& arguments) {
                    "profile.svg, and trace.json for ui.perfetto.dev or chrome://tracing");
 }
 
-void add_map_options(CLI::App& command, RunArguments& arguments) {
+CLI::Option* add_start_options(CLI::App& command, RunRequest& arguments) {
   command.option_defaults()->group("Saved maps");
+  CLI::Option* load_map = command.add_option(
+      "--load-map", arguments.load_map,
+      "start from this saved map, or the map in the folder of a run: localize the camera in it, "
+      "and extend it");
+  return command
+      .add_flag("--localize-only", arguments.localize_only,
+                "only localize the camera in the loaded map; the map is not changed")
+      ->needs(load_map);
+}
+
+namespace {
+
+void add_view_and_terminal_options(CLI::App& command, RunArguments& arguments) {
+  command.option_defaults()->group("View and warnings");
+  add_view_options(command, arguments.view);
+  CLI::Option* zones = command.add_option(
+      "--zones", arguments.zones,
+      "YAML file of zones and distances; warn of moving objects in them (docs/view.md): an aid, "
+      "no safety device");
+  add_hook_offset(command, arguments.hook_offset)->needs(zones);
+  add_events_option(command, arguments.events)->needs(zones);
+  command.option_defaults()->group("Terminal");
+  command.add_flag_callback(
+      "-q,--quiet",
+      [&arguments] {
+        arguments.quiet = true;
+        Progress::hide();
+      },
+      "print nothing but problems");
+  command.add_flag("-v,--verbose", arguments.verbose,
+                   "also print all events of the run and the times of its stages");
+}
+
+void add_saving_options(CLI::App& command, RunArguments& arguments, CLI::Option& localize_only) {
   CLI::Option* save_map =
       command.add_option("--save-map", arguments.save_map,
                          "also save the map to this file, for --load-map and stillmap map");
@@ -184,15 +196,7 @@ void add_map_options(CLI::App& command, RunArguments& arguments) {
       .add_flag("--slim-map", arguments.outputs.slim_map,
                 "save the map without its dense views: a third of the size")
       ->needs(save_map);
-  CLI::Option* load_map = command.add_option(
-      "--load-map", arguments.load_map,
-      "start from this saved map, or the map in the folder of a run: localize the camera in it, "
-      "and extend it");
-  command
-      .add_flag("--localize-only", arguments.localize_only,
-                "only localize the camera in the loaded map; the map is not changed")
-      ->needs(load_map)
-      ->excludes(save_map);
+  localize_only.excludes(save_map);
 }
 
 }  // namespace
@@ -203,10 +207,15 @@ void add_run_command(CLI::App& app, int& exit_code) {
   command->add_option("sequence", arguments->sequence,
                       "recording: FILE.bag, FILE.db3 or FILE.mcap of ROS or RealSense, or a folder "
                       "in TUM layout (rgb/, depth/, rgb.txt, depth.txt)");
-  add_input_options(*command, *arguments);
+  add_recording_options(*command, *arguments);
   add_method_options(*command, *arguments);
-  add_output_options(*command, *arguments);
-  add_map_options(*command, *arguments);
+  command->add_option("--dump-config", arguments->dump_config,
+                      "write all options in force to this file (- for standard output) and exit");
+  command->option_defaults()->group("Results");
+  command->add_option("--out", arguments->out, "output folder; default: stillmap_SEQUENCE");
+  add_result_options(*command, *arguments);
+  CLI::Option* localize_only = add_start_options(*command, *arguments);
+  add_saving_options(*command, *arguments, *localize_only);
   add_view_and_terminal_options(*command, *arguments);
   command->footer(
       "Presets:\n" + presets_text() +

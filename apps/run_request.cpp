@@ -51,14 +51,6 @@ std::unique_ptr<Detector> detector_of(const std::string& preset, const SlamParam
   return detector;
 }
 
-std::string sequence_name(const std::filesystem::path& folder) {
-  if (const std::string text = folder.string(); names_live_camera(text))
-    return text.substr(0, text.find(':'));
-  const auto absolute = std::filesystem::absolute(folder).lexically_normal();
-  if (!absolute.has_filename()) return absolute.parent_path().filename().string();
-  return (is_file(absolute) ? absolute.stem() : absolute.filename()).string();
-}
-
 /// Returns the map to start from, if one was named.
 std::optional<StartingMap> start_of(const RunRequest& request, const SlamParameters& parameters,
                                     const Camera& camera) {
@@ -226,6 +218,14 @@ Options options_of(const RunRequest& request) {
   for (const std::string& setting : request.settings) set_option(setting, options);
   check_options(options);
   return options;
+}
+
+std::string sequence_name(const std::filesystem::path& folder) {
+  if (const std::string text = folder.string(); names_live_camera(text))
+    return text.substr(0, text.find(':'));
+  const auto absolute = std::filesystem::absolute(folder).lexically_normal();
+  if (!absolute.has_filename()) return absolute.parent_path().filename().string();
+  return (is_file(absolute) ? absolute.stem() : absolute.filename()).string();
 }
 
 Session session_of(const RunRequest& request, const Options& options) {

@@ -7,6 +7,7 @@
 
 #include "run_session.hpp"
 #include "view_options.hpp"
+#include <CLI/CLI.hpp>
 
 namespace stillmap {
 
@@ -33,6 +34,16 @@ struct RunRequest {
   /// Gets the events as lines of JSON; null: they are printed as sentences.
   std::FILE* event_lines = nullptr;
 };
+
+/// Each function adds a group of the options of `stillmap run` to a command.
+void add_recording_options(CLI::App& command, RunRequest& request);
+void add_method_options(CLI::App& command, RunRequest& request);
+void add_result_options(CLI::App& command, RunRequest& request);
+/// Adds --load-map and --localize-only, and returns the latter.
+CLI::Option* add_start_options(CLI::App& command, RunRequest& request);
+
+/// Returns the name of a recording: of its file without extension, its folder, or its camera.
+std::string sequence_name(const std::filesystem::path& recording);
 
 /// Returns all options in force. Precedence from low to high: defaults, preset, config, named
 /// options, settings.

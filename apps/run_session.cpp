@@ -120,7 +120,8 @@ RunRecord map_sequence(Session& session, ViewServer* server, ResultFolder& folde
   const RunSinks sinks = sinks_of(session, slam, folder, server, has_network);
   push_or_tell(*delivery.source, slam, sinks, session, record);
   {
-    const ProgressStep step("correcting the map and making its cloud");
+    const ProgressStep step(record.options.dense.enabled ? "correcting the map and making its cloud"
+                                                         : "correcting the map");
     record.result = slam.finish();
   }
   record.seconds = watch.milliseconds() / 1000;

@@ -1,6 +1,6 @@
 # `cmake --install` installs two components:
-#   - command: the command with its manual page, shell completion, presets and license, and the OpenVINO plug-in with
-#     the libraries of OpenVINO that it needs;
+#   - command: the command with its manual page, documents, shell completion, presets and license, and the OpenVINO
+#     plug-in with the libraries of OpenVINO that it needs;
 #   - development: for other projects, one library, the public headers, and a CMake package for find_package(Stillmap).
 # The target stillmap_installed builds all that is installed and nothing else.
 include(GNUInstallDirs)
@@ -13,7 +13,8 @@ set(plugin_folder ${CMAKE_INSTALL_LIBDIR}/stillmap)
 set_target_properties(stillmap PROPERTIES INSTALL_RPATH "$ORIGIN/../${plugin_folder}")
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME command)
 install(TARGETS stillmap)
-install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/README.md" DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs" DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/presets" DESTINATION ${CMAKE_INSTALL_DATADIR}/stillmap
         FILES_MATCHING PATTERN *.yaml)
 

@@ -38,7 +38,7 @@ fi
 common=(-G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$prefix" -DCMAKE_PREFIX_PATH="$prefix"
         -DBUILD_SHARED_LIBS=OFF -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DCMAKE_CXX_FLAGS="-ffp-contract=off -g0"
         -DCMAKE_C_FLAGS="-ffp-contract=off -g0")
-[ "$target" = native ] || common+=(-DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/$target.cmake")
+[ "$target" = native ] || common+=(-DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/$target.cmake" -DCMAKE_FIND_ROOT_PATH="$prefix")
 [ -z "$(command -v ccache)" ] || common+=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 
 # build SOURCES OPTION...

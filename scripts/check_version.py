@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Checks that CHANGELOG.md and CITATION.cff name the version of CMakeLists.txt, on the same day, and that the packages
-and wheels given as arguments are of this version.
+and wheels given as arguments are of this version, and their commands of the last commit.
 
   scripts/check_version.py [FILE...]
 """
+import io
 import re
+import subprocess
 import sys
+import tarfile
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -17,6 +21,18 @@ def found(pattern, file):
     if not match:
         sys.exit(f"error: {file} has nothing like {pattern}")
     return match.groups()
+
+
+def command_in(file):
+    """The bytes of the command in a package or wheel; None if it has none."""
+    if file.endswith(".whl"):
+        with zipfile.ZipFile(file) as wheel:
+            return next(wheel.read(name) for name in wheel.namelist() if name.endswith("scripts/stillmap"))
+    if not Path(file).name.startswith("stillmap_"):
+        return None
+    tar = subprocess.run(["dpkg-deb", "--fsys-tarfile", file], check=True, stdout=subprocess.PIPE).stdout
+    with tarfile.open(fileobj=io.BytesIO(tar)) as files:
+        return files.extractfile("./usr/bin/stillmap").read()
 
 
 def problems(files):
@@ -30,9 +46,15 @@ def problems(files):
         yield f"CITATION.cff says {cited}, CMakeLists.txt {version}"
     if released != day:
         yield f"CITATION.cff says {released}, CHANGELOG.md {day}"
+    if not files:
+        return
+    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout.strip()
     for file in files:
         if not re.search(rf"[_-]{re.escape(version)}[_-]", Path(file).name):
             yield f"{file} is not of version {version}"
+        command = command_in(file)
+        if command is not None and commit not in command:
+            yield f"{file} is not of the commit {commit.decode()}"
 
 
 def main():

@@ -17,7 +17,7 @@ git -c tar.umask=0022 archive --format=tar HEAD >"build/$release/source.tar"
 in_clean_root "$release" ca-certificates,make,lintian \
   --customize-hook="mkdir -p \"\$1/source\"" \
   --customize-hook="tar-in build/$release/source.tar /source" \
-  --customize-hook="chroot \"\$1\" make -C /source package JOBS=${JOBS:-$(nproc)}" \
+  --customize-hook="chroot \"\$1\" env STILLMAP_COMMIT=$(git rev-parse --short HEAD) make -C /source package JOBS=${JOBS:-$(nproc)}" \
   --customize-hook="rm -f build/$release/*.deb; cp \"\$1\"/source/build/release/packages/*.deb build/$release"
 rm "build/$release/source.tar"
 scripts/test_packages.sh "$release" "build/$release"

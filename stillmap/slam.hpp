@@ -63,9 +63,9 @@ struct PoseUpdate {
   /// False if the pose contradicts the motion of the camera in the frames before, or nearly all
   /// keypoints move; its covariance is then enlarged.
   bool certain = true;
-  /// Whether T_world_camera is in the world frame of a saved map: see StartMap and
+  /// Whether T_world_camera is in the world frame of the saved map loaded last: see StartMap and
   /// Slam::load_map(). False until the camera is relocalized in the saved map or the present map is
-  /// merged into it.
+  /// merged into it, and in parts of the saved map that are not connected with its oldest one.
   bool in_saved_map = false;
   /// Covariance of the pose within the map before the filter, as UncertainPose::covariance; zero
   /// without a pose and for the first frame of a map.

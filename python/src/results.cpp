@@ -279,9 +279,10 @@ void bind_updates(py::module_& module) {
                     "empty if there is one.")
       .def_readonly("inliers", &PoseUpdate::inliers, "Landmarks that agree with the pose.")
       .def_readonly("relocalized", &PoseUpdate::relocalized)
-      .def_readonly("in_saved_map", &PoseUpdate::in_saved_map,
-                    "Whether the world of T_world_camera is that of a loaded map; False where the "
-                    "camera was not relocalized in it.")
+      .def_readonly(
+          "in_saved_map", &PoseUpdate::in_saved_map,
+          "Whether T_world_camera is in the world of the saved map loaded last; False until "
+          "the camera is relocalized in it or the present map is merged into it.")
       .def_readonly("certain", &PoseUpdate::certain,
                     "False if the pose contradicts the motion of the camera before.")
       .def_property_readonly(

@@ -321,8 +321,9 @@ def test_the_odometry_of_wheels_gives_the_pose_in_the_dark(frames, camera):
     assert states == ["tracked"] * 8 + ["predicted"] * 2
     with pytest.raises(stillmap.Error, match="is on no wheels"):
         stillmap.Slam(camera).push_odometry(1, np.eye(4))
-    with pytest.raises(stillmap.Error, match="no rigid motion"):
-        on_wheels.T_camera_base = 2 * np.eye(4)
+    for wrong in (2 * np.eye(4), np.diag([1, 1, -1, 1]), np.diag([1, 1, 1, 2])):
+        with pytest.raises(stillmap.Error, match="no rigid motion"):
+            on_wheels.T_camera_base = wrong
 
 
 def test_nothing_is_pushed_after_the_end(frames, slam):

@@ -3,6 +3,7 @@
 
   camera.py RECORDING [--rate HZ] [--first N] [--count N] [--now] [--clock] [--best-effort] [--compressed]
             [--late S] [--half] [--frame NAME] [--back S] [--repeat N] [--imu] [--wheels] [--stereo]
+            [--known]
 """
 import argparse
 import array
@@ -40,6 +41,7 @@ def parse():
     parser.add_argument("--imu", action="store_true", help="publish the samples of imu0/data.csv, too")
     parser.add_argument("--wheels", action="store_true", help="publish the samples of odometry.txt, too")
     parser.add_argument("--stereo", action="store_true", help="publish a right image in place of depth")
+    parser.add_argument("--known", action="store_true", help="the node knows this camera: do not wait for its camera_info")
     parser.add_argument("--frame", default="camera_color_optical_frame")
     return parser.parse_args()
 
@@ -99,7 +101,7 @@ class Camera:
 
     def wait(self):
         """Waits for the node, which asks for camera_info reliably and needs it of its first camera only."""
-        awaited = [self.color, self.depth] + ([] if self.arguments.best_effort else [self.info])
+        awaited = [self.color, self.depth] + ([] if self.arguments.best_effort or self.arguments.known else [self.info])
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             if all(p.get_subscription_count() for p in awaited):

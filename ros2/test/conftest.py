@@ -14,9 +14,9 @@ FOLDER = Path(__file__).resolve().parent
 FRAMES = 90
 # The camera of the rendered recordings: its height and how far it looks down are found from their truth.
 DOMAIN = str(os.getpid() % 90 + 10)
-# The transport as README.md of the node sets it; by default images sent best effort are lost.
+# The transport as docs/robot.md sets it.
 os.environ |= {"ROS_DOMAIN_ID": DOMAIN, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-               "FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA?max_msg_size=4MB&sockets_size=4MB"}
+               "FASTRTPS_DEFAULT_PROFILES_FILE": str(FOLDER.parent / "stillmap_ros" / "config" / "fastdds.xml")}
 
 import rclpy  # noqa: E402 - after the environment is set
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
@@ -168,6 +168,8 @@ class Robot:
         return future.result()
 
     def forget(self):
+        """Forgets all messages, also those that were sent but not received yet."""
+        self.spin_until(lambda: False, 0.5)
         self.got.clear()
         self.times.clear()
 

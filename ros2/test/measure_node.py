@@ -17,7 +17,7 @@ FRAMES, PASSES = 150, 4
 NODE = """
 import json, os, threading, time
 from stillmap_ros import mapper, node
-inside = [0.0, 0]
+inside, before = [0.0, 0], {}
 
 class Timed:
     def __init__(self, slam):
@@ -25,6 +25,8 @@ class Timed:
     def __getattr__(self, name):
         return getattr(self.slam, name)
     def push(self, *frame):
+        if inside[1] == 0:  # Python's start and that of the node are not counted.
+            before.update(seconds())
         begin = time.thread_time()
         result = self.slam.push(*frame)
         inside[0] += time.thread_time() - begin
@@ -35,17 +37,21 @@ def seconds_of(task):
     times = open(f'/proc/self/task/{task}/stat').read().rsplit(')', 1)[1].split()
     return (int(times[11]) + int(times[12])) / os.sysconf('SC_CLK_TCK')
 
+def seconds():
+    own = {thread.native_id: thread.name for thread in threading.enumerate()}
+    tasks = {int(task): open(f'/proc/self/task/{task}/comm').read() for task in os.listdir('/proc/self/task')}
+    spent = {name: seconds_of(task) for task, name in own.items()}
+    spent['middleware'] = sum(seconds_of(task) for task, name in tasks.items() if task not in own and name.startswith('dds'))
+    spent['all'] = time.process_time()
+    return spent
+
 make, close = mapper.Mapper.__init__, node.StillmapNode.close
 def made(self, *words, **more):
     make(self, *words, **more)
     self.slam = Timed(self.slam)
 def closed(self):
-    own = {thread.native_id: thread.name for thread in threading.enumerate()}
-    tasks = {int(task): open(f'/proc/self/task/{task}/comm').read() for task in os.listdir('/proc/self/task')}
-    spent = {name: seconds_of(task) for task, name in own.items()}
+    spent = {name: s - before.get(name, 0) for name, s in seconds().items()}
     spent['tracking'] -= inside[0]
-    spent['middleware'] = sum(seconds_of(task) for task, name in tasks.items() if task not in own and name.startswith('dds'))
-    spent['all'] = time.process_time()
     print('MEASURED', json.dumps({name: 1000 * seconds / inside[1] for name, seconds in spent.items()}))
     close(self)
 mapper.Mapper.__init__, node.StillmapNode.close = made, closed

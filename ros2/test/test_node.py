@@ -266,6 +266,32 @@ def test_poses_elsewhere_are_not_given_as_those_of_the_loaded_map(processes, rob
     assert not robot.count("pose") and not robot.count("map")
 
 
+def test_a_map_is_loaded_while_another_is_made(processes, robot, recording, base_to_camera, tmp_path):
+    truth = np.loadtxt(recording / "groundtruth.txt")
+    T_world_base = [matrix_of_pose(*row[1:]) @ inverse(base_to_camera) for row in truth]
+
+    def far(poses, start):
+        """The largest distance of the poses from those of a map that starts at a frame."""
+        frames = [int(np.argmin(np.abs(truth[:, 0] - nanoseconds(m.header.stamp) / 1e9))) for m in poses]
+        expected = [inverse(T_world_base[start]) @ T_world_base[i] for i in frames]
+        return max(np.linalg.norm(matrix_of_message(m.pose.pose)[:3, 3] - T[:3, 3]) for m, T in zip(poses, expected))
+    map_file = tmp_path / "office.map"
+    stop(play(processes, robot, recording, map_file=map_file))
+    robot.forget()
+    node = processes.node(schedule="lockstep", map_file=tmp_path / "new.map")
+    processes.camera(recording, "--rate", 0, "--first", 30, "--count", 30)
+    assert robot.spin_until(lambda: tracked(robot) == 30 and robot.count("pose") == 30, 60), node.log.read_text()
+    assert far(robot.got["pose"], 30) < 0.03 < 0.06 < far(robot.got["pose"], 0)
+    robot.forget()
+    assert robot.call(LoadMap, "load_map", map_url=str(map_file)).result == LoadMap.Response.RESULT_SUCCESS
+    processes.camera(recording, "--rate", 0, "--first", 60, "--known")
+    assert robot.spin_until(lambda: robot.count("pose") > 5, 60), f"{robot.values()} {node.log.read_text()}"
+    assert far(robot.got["pose"], 0) < 0.03, "in the loaded map"
+    assert robot.spin_until(lambda: robot.count("map"), 10)
+    frames = [json.loads((tmp_path / name).read_text()) for name in ("office.map.frame", "new.map.journal.frame")]
+    assert frames[0] == frames[1]
+
+
 def BASE(truth, a, b):
     """The motion of the camera between two frames; that of the base differs by less than the tolerance."""
     return inverse(matrix_of_pose(*truth[a][1:])) @ matrix_of_pose(*truth[b][1:])

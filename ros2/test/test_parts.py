@@ -6,10 +6,14 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import Image
 from stillmap_ros import images, mapper, messages, transforms
 from stillmap_ros.changes import Changes
 from stillmap_ros.grid import FREE, OCCUPIED, UNKNOWN, grid_of_cloud
 from stillmap_ros.pairing import Pairing, Queue
+from stillmap_ros.serialized import image_of
 
 import stillmap
 
@@ -51,6 +55,20 @@ def test_images_of_all_encodings():
 def test_raw_pixels_are_not_copied():
     message = image("rgb8", RGB)
     assert np.shares_memory(images.raw_pixels(message), np.frombuffer(message.data, np.uint8))
+
+
+@pytest.mark.parametrize("frame", ["", "a", "camera", "camera_optical"])
+def test_fields_of_a_serialized_image(frame):
+    sent = Image(height=6, width=8, encoding="16UC1", is_bigendian=0, step=16, data=DEPTH.tobytes())
+    sent.header.frame_id, sent.header.stamp = frame, Time(sec=-3, nanosec=999999999)
+    serialized = serialize_message(sent)
+    read = image_of(serialized)
+    for name in ("height", "width", "encoding", "is_bigendian", "step"):
+        assert getattr(read, name) == getattr(sent, name), name
+    assert (read.header.frame_id, images.nanoseconds(read.header.stamp)) == (frame, -2 * 10**9 - 1)
+    pixels = images.raw_pixels(read)
+    np.testing.assert_array_equal(pixels, DEPTH)
+    assert np.shares_memory(pixels, np.frombuffer(serialized, np.uint8)) and pixels.flags.aligned
 
 
 def test_compressed_images():

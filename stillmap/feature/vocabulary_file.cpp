@@ -11,6 +11,7 @@
 ///     28 + N  32 (N-1)   descriptor of each node but the root
 ///     ...     4 W        inverse document frequency of each leaf, IEEE single precision
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/fnv1a.hpp"
 #include "stillmap/feature/vocabulary.hpp"
 
 #include <bit>
@@ -34,12 +35,6 @@ constexpr std::string_view kMagic = "STILLVOC";
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeader = 28;
 constexpr const char* kFix = "train one with: stillmap_lab vocabulary IMAGES... --out FILE";
-
-std::uint64_t fnv1a(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return hash;
-}
 
 template <typename T>
 void append(std::string& out, const T* values, std::size_t count) {

@@ -81,7 +81,8 @@ LocalMapPtr make_local_map(const Map& map, KeyframeId reference) {
   local->reference = reference;
   const Keyframe& center = map.at(reference);
   const Keyframe* first = map.find(map.current_keyframe(map.first_of(center.component)));
-  local->of_saved_map = first != nullptr && first->session != map.session();
+  local->of_saved_map = center.component == map.components().front() && first != nullptr &&
+                        first->session != map.session();
   local->made_for_frame = center.session == map.session() ? center.frame_index : 0;
   const auto keyframes = neighborhood(map, reference);
   for (const KeyframeId id : keyframes) {

@@ -33,8 +33,8 @@ struct LocalMap {
   /// Frame index of the reference keyframe; 0 if it belongs to an earlier session.
   std::size_t made_for_frame = 0;
   KeyframeId reference;  ///< Keyframe in the center of the snapshot.
-  /// Whether the world frame is defined by a saved map: the component's first keyframe is from an
-  /// earlier session.
+  /// Whether the world frame is that of a saved map: the map's oldest component, with a first
+  /// keyframe of an earlier session.
   bool of_saved_map = false;
   /// The reference comes first, then by descending number of shared landmarks.
   std::vector<LocalKeyframe> keyframes;

@@ -216,6 +216,21 @@ TEST_F(MapTest, ALocalMapHoldsOnlyTheNeighbors) {
   EXPECT_EQ(local->find(shared[0])->observations, 2);
 }
 
+TEST_F(MapTest, OnlyTheOldestComponentHasTheWorldOfTheSavedMapLoadedLast) {
+  const auto of_saved_map = [&](KeyframeId id) { return make_local_map(map_, id)->of_saved_map; };
+  const auto oldest = keyframe({}, 0), unconnected = keyframe({}, 1);
+  EXPECT_FALSE(of_saved_map(oldest)) << "of the present run";
+  const MapContent saved = map_.content();
+  map_ = Map(saved);
+  const auto here = keyframe({}, map_.new_component());
+  EXPECT_TRUE(of_saved_map(oldest));
+  EXPECT_FALSE(of_saved_map(unconnected));
+  EXPECT_FALSE(of_saved_map(here));
+  const KeyframeId added = map_.add(saved, MapAge::kOlder).front();
+  EXPECT_TRUE(of_saved_map(added));
+  EXPECT_FALSE(of_saved_map(oldest)) << "of the map loaded before";
+}
+
 TEST_F(MapTest, ALandmarkIsExpectedAtItsProjectionIfVisible) {
   const auto a = keyframe();
   const Landmark& l = map_.at(landmark(a, 0));  // at (0, 0, 2), seen from the origin on level 0

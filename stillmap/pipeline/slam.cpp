@@ -218,9 +218,7 @@ PoseUpdate Slam::Impl::track(const RgbdFramePtr& frame) {
     tracked->odometry = samples_until(odometry.samples(), frame->timestamp);
   system.push(tracked);
   check.add(*tracked);
-  PoseUpdate update = pose_update(*system.newest(), system.view().not_found);
-  update.in_saved_map = system.in_saved_map();
-  return update;
+  return pose_update(*system.newest(), system.view());
 }
 
 /// Calls the subscribers of all events of the frame pushed last.
@@ -355,9 +353,7 @@ std::vector<Finding> Slam::findings() const { return impl_->check.findings(); }
 
 std::optional<ObservedFrame> Slam::newest() const {
   if (!impl_->system.newest()) return std::nullopt;
-  auto observed = observed_frame(*impl_->system.newest(), impl_->system.view().not_found);
-  observed.update.in_saved_map = impl_->system.in_saved_map();
-  return observed;
+  return observed_frame(*impl_->system.newest(), impl_->system.view());
 }
 
 std::shared_ptr<const Snapshot> Slam::snapshot() const { return impl_->system.snapshot(); }

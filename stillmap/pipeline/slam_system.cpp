@@ -101,13 +101,6 @@ std::string SlamSystem::load(SavedMap saved) {
   return std::move(added.not_found);
 }
 
-bool SlamSystem::in_saved_map() const {
-  if (!newest_ || !newest_->has_pose()) return false;
-  const bool begins_component = newest_->proposal && !newest_->proposal->reference.valid();
-  const LocalMapPtr& map = newest_->relocalized ? view_.found->local_map : view_.local_map;
-  return !begins_component && map && map->of_saved_map;
-}
-
 std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   check(image);
   const TraceBinding binding(&track_);

@@ -115,9 +115,6 @@ class SlamSystem {
   /// The frame pushed last, as the tracker saw it; null before the first.
   const TrackedFramePtr& newest() const { return newest_; }
 
-  /// Returns whether the newest pose is in the world of a saved map.
-  bool in_saved_map() const;
-
   /// Returns the record of the frame pushed last. Called after the first push().
   const FrameRecord& newest_record() const { return log_.back(); }
   /// Returns the work left out so far.

@@ -46,6 +46,14 @@ PoseState pose_state(TrackState state) {
   return state == TrackState::kLost ? PoseState::kLost : PoseState::kTracked;
 }
 
+/// Returns whether the pose is in the world of the saved map loaded last.
+bool in_saved_map(const TrackedFrame& tracked, const MapView& view) {
+  const bool begins_component = tracked.proposal && !tracked.proposal->reference.valid();
+  if (!tracked.T_world_filtered() || begins_component) return false;
+  const LocalMapPtr& map = tracked.relocalized ? view.found->local_map : view.local_map;
+  return map && map->of_saved_map;
+}
+
 }  // namespace
 
 void add_map(const MapMaker& maker, const std::vector<PlacedFrame>& frames, Snapshot& snapshot) {
@@ -84,26 +92,27 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
   return update;
 }
 
-PoseUpdate pose_update(const TrackedFrame& tracked, const std::string& not_found) {
-  const bool searched = !tracked.has_pose() && !not_found.empty();
+PoseUpdate pose_update(const TrackedFrame& tracked, const MapView& view) {
+  const bool searched = !tracked.has_pose() && !view.not_found.empty();
   return {.frame_index = tracked.frame->index(),
           .timestamp = tracked.frame->timestamp(),
           .state = pose_state(tracked.state),
           .T_world_camera = tracked.T_world_filtered(),
           .T_previous_camera = tracked.T_previous_camera,
-          .reason = searched ? tracked.reason + "; " + not_found : tracked.reason,
+          .reason = searched ? tracked.reason + "; " + view.not_found : tracked.reason,
           .inliers = tracked.inliers,
           .relocalized = tracked.relocalized,
           .certain = tracked.has_pose() && uncertainty_of(tracked) == Uncertainty::kNone,
+          .in_saved_map = in_saved_map(tracked, view),
           .covariance = tracked.T_world_predicted
                             ? tracked.covariance
                             : covariance_factor(moving_share(tracked.frame->evidence.weight)) *
                                   tracked.covariance};
 }
 
-ObservedFrame observed_frame(const TrackedFrame& tracked, const std::string& not_found) {
+ObservedFrame observed_frame(const TrackedFrame& tracked, const MapView& view) {
   const Frame& frame = *tracked.frame;
-  ObservedFrame observed{.update = pose_update(tracked, not_found),
+  ObservedFrame observed{.update = pose_update(tracked, view),
                          .images = frame.image,
                          .keypoints = {},
                          .objects = frame.instances,

@@ -99,6 +99,7 @@ struct WrongNetwork : testing::TestWithParam<std::string> {
 TEST_P(WrongNetwork, NotANetwork) {
   EXPECT_THAT(error_of("hello"), testing::HasSubstr("not an ONNX network"));
   EXPECT_THAT(error_of(""), testing::HasSubstr("not an ONNX network"));
+  EXPECT_THAT(error_of("PK\x03\x04"), testing::HasSubstr("PyTorch's weights (.pt)"));
 }
 
 TEST_P(WrongNetwork, WrongInput) {

@@ -224,6 +224,9 @@ std::string network_in(const std::filesystem::path& folder) {
 }  // namespace
 
 OnnxInfo parse_onnx(std::string_view bytes, const std::string& where) {
+  if (bytes.starts_with("PK"))
+    throw Error("this file is a ZIP archive, such as PyTorch's weights (.pt), not an ONNX network",
+                where, export_advice());
   OnnxInfo info;
   try {
     info = parse_model(bytes);

@@ -2,13 +2,12 @@
 #include "stillmap/segment/tensorrt_cache.hpp"
 
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/fnv1a.hpp"
 #include "stillmap/base/warning.hpp"
 #include "stillmap/segment/onnx_info.hpp"
 
 #include <cerrno>
-#include <cstdint>
 #include <fcntl.h>
-#include <string_view>
 #include <sys/file.h>
 #include <system_error>
 #include <unistd.h>
@@ -19,13 +18,6 @@ namespace stillmap {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Returns the 64-bit FNV-1a hash of a text, continued from `hash`
-/// (www.isthe.com/chongo/tech/comp/fnv).
-std::uint64_t hash_of(std::string_view text, std::uint64_t hash = 0xcbf29ce484222325U) {
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  return hash;
-}
 
 /// Returns why a folder cannot be created or written; empty if it can.
 std::string problem_of(const fs::path& folder) {
@@ -40,8 +32,8 @@ std::string problem_of(const fs::path& folder) {
 
 TensorRtCache::TensorRtCache(const fs::path& network, const std::string& versions)
     : parent_(network.string() + ".tensorrt"),
-      final_(parent_ / fmt::format("{:016x}", hash_of(versions, hash_of(read_file(
-                                                                    network, kLargestNetwork))))) {
+      final_(parent_ /
+             fmt::format("{:016x}", fnv1a(versions, fnv1a(read_file(network, kLargestNetwork))))) {
   find_or_begin();
 }
 

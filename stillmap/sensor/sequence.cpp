@@ -173,8 +173,14 @@ bool has_frames(const SequencePaths& paths) {
 }
 
 void require_folder(const fs::path& folder) {
-  if (is_folder(folder)) return;
-  std::error_code ignored;
+  std::error_code refused, ignored;
+  if (is_folder(folder)) {
+    fs::directory_iterator(folder, refused);
+    if (refused)
+      throw Error("cannot be read: " + refused.message(), folder.string(),
+                  "change its permissions");
+    return;
+  }
   if (!fs::exists(folder, ignored)) {
     throw Error("there is no such folder", folder.string(), "give the folder of a sequence");
   }

@@ -95,16 +95,34 @@ class Mapper:
         self.slam = stillmap.Slam(camera, options, masks=masks, load_map=load, extend_map=extend)
         if not extend:
             self.slam.set_mode("localize")
-        self.in_loaded = load is not None  # T_map_world is that of the loaded map's world
-        self.T_map_world = T_base_camera
-        if load is not None and frame_file_of(load).exists():
-            self.T_map_world = np.array(json.loads(frame_file_of(load).read_text())["T_map_world"])
         self.T_base_camera = T_base_camera
+        self.T_map_world = T_base_camera
+        self.in_loaded = load is not None  # T_map_world is that of the loaded map's world
+        if load is not None:
+            self.T_map_world = self._T_map_world_of(load)
+        self.journal, self.rules = None, None
         self.newest = None  # stamp of the newest frame [ns]
         self.shift = 0  # added to the stamps since the clock was set back [ns]
 
+    def _T_map_world_of(self, file):
+        """Returns the transform that was saved with a map; without one, the map began where the base is now."""
+        saved = frame_file_of(file)
+        return np.array(json.loads(saved.read_text())["T_map_world"]) if saved.exists() else self.T_base_camera
+
+    def load(self, file):
+        """Adds a saved map, whose frame is the map's frame from now on: there are no poses until the camera is found in
+        it. Returns why no place of it is recognized yet, or an empty text."""
+        reason = self.slam.load_map(file)
+        self.in_loaded, self.T_map_world = True, self._T_map_world_of(file)
+        if self.journal:
+            self._write_frame(self.journal)
+        if self.rules:
+            self.watch(self.rules)
+        return reason
+
     def watch(self, file):
         """Warns of the zones and distances of a file, whose zones are in the frame of the map."""
+        self.rules = file
         rules = yaml.safe_load(Path(file).read_text())
         R, t = self.T_map_world[:3, :3].T, self.T_map_world[:3, 3]
         rules["up"] = (R @ rules.get("up", [0, 0, 1])).tolist()
@@ -117,11 +135,11 @@ class Mapper:
 
     def keep_journal(self, map_file):
         """Keeps a journal next to the file of the map while the node runs; that of a killed node is renamed."""
-        journal = journal_of(map_file)
-        if journal.exists():
-            os.replace(journal, f"{journal}.old")
-        self.slam.keep_journal(journal)
-        self._write_frame(journal)
+        self.journal = journal_of(map_file)
+        if self.journal.exists():
+            os.replace(self.journal, f"{self.journal}.old")
+        self.slam.keep_journal(self.journal)
+        self._write_frame(self.journal)
 
     def save(self, map_file):
         self.slam.save_map(map_file)

@@ -104,22 +104,25 @@ def point_of(p):
     return Point(x=float(p[0]), y=float(p[1]), z=float(p[2]))
 
 
-def extent_of(mover, T_map_world):
-    """Returns the lower and upper corner of the box of a mover along the axes of the map [m]."""
-    corners = np.array(np.meshgrid(*mover.box.T)).reshape(3, -1).T @ T_map_world[:3, :3].T + T_map_world[:3, 3]
-    return corners.min(axis=0), corners.max(axis=0)
+class MoverInMap:
+    """Center, velocity, and lower and upper corner of the box of a mover along the axes of the map [m, m/s]."""
+
+    def __init__(self, mover, T_map_world):
+        R, t = T_map_world[:3, :3], T_map_world[:3, 3]
+        corners = np.array(np.meshgrid(*mover.box.T)).reshape(3, -1).T @ R.T + t
+        self.center, self.velocity = R @ mover.centroid + t, R @ mover.velocity
+        self.low, self.high = corners.min(axis=0), corners.max(axis=0)
 
 
 def tracks_of(movers, T_map_world, nanoseconds, frame):
-    array_of_movers, R, t = MoverArray(header=header_of(nanoseconds, frame)), T_map_world[:3, :3], T_map_world[:3, 3]
+    message = MoverArray(header=header_of(nanoseconds, frame))
     for mover in movers:
-        low, high = extent_of(mover, T_map_world)
-        center, velocity = R @ mover.centroid + t, R @ mover.velocity
-        array_of_movers.movers.append(Mover(
-            id=mover.id, class_name=mover.class_name, observed=mover.observed, position=point_of(center),
-            velocity=Vector3(x=velocity[0], y=velocity[1], z=velocity[2]), box_min=point_of(low), box_max=point_of(high),
-            predicted=[point_of(center + (i + 1) * STEP * velocity) for i in range(PREDICTED)], predicted_step=STEP))
-    return array_of_movers
+        here = MoverInMap(mover, T_map_world)
+        message.movers.append(Mover(
+            id=mover.id, class_name=mover.class_name, observed=mover.observed, position=point_of(here.center),
+            velocity=Vector3(**dict(zip("xyz", here.velocity.tolist()))), box_min=point_of(here.low), box_max=point_of(here.high),
+            predicted=[point_of(here.center + (i + 1) * STEP * here.velocity) for i in range(PREDICTED)], predicted_step=STEP))
+    return message
 
 
 def warnings_of(warnings, T_map_world, nanoseconds, frame):
@@ -141,19 +144,17 @@ def _marker(mover, header, kind, namespace):
 def movers_of(movers, T_map_world, nanoseconds, frame):
     """A box, an arrow to where each mover is in a second, and its class with its speed."""
     header, markers = header_of(nanoseconds, frame), []
-    R, t = T_map_world[:3, :3], T_map_world[:3, 3]
     for mover in movers:
-        low, high = extent_of(mover, T_map_world)
-        center, velocity = R @ mover.centroid + t, R @ mover.velocity
+        here = MoverInMap(mover, T_map_world)
         box = _marker(mover, header, Marker.CUBE, "movers")
-        box.pose.position.x, box.pose.position.y, box.pose.position.z = ((low + high) / 2).tolist()
-        box.scale.x, box.scale.y, box.scale.z = np.maximum(high - low, 0.01).tolist()
+        box.pose.position = point_of((here.low + here.high) / 2)
+        box.scale.x, box.scale.y, box.scale.z = np.maximum(here.high - here.low, 0.01).tolist()
         arrow = _marker(mover, header, Marker.ARROW, "velocities")
-        arrow.points = [point_of(center), point_of(center + velocity)]
+        arrow.points = [point_of(here.center), point_of(here.center + here.velocity)]
         arrow.scale.x, arrow.scale.y = 0.05, 0.1
         text = _marker(mover, header, Marker.TEXT_VIEW_FACING, "classes")
-        text.pose.position.x, text.pose.position.y, text.pose.position.z = *center[:2].tolist(), float(high[2]) + 0.2
+        text.pose.position = point_of([*here.center[:2], here.high[2] + 0.2])
         text.scale.z, text.color.a = 0.2, 1.0
-        text.text = f"{mover.class_name} {np.linalg.norm(velocity):.1f} m/s"
+        text.text = f"{mover.class_name} {np.linalg.norm(here.velocity):.1f} m/s"
         markers += [box, arrow, text]
     return MarkerArray(markers=markers)

@@ -35,6 +35,7 @@ from stillmap_ros.changes import Changes
 from stillmap_ros.grid import grid_of_cloud
 from stillmap_ros.mapper import Mapper, Odometry as VisualOdometry, journal_of
 from stillmap_ros.pairing import Pairing, Queue
+from stillmap_ros.serialized import image_of
 from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_pose, matrix_of_rpy
 
 PARAMETERS = {
@@ -122,12 +123,12 @@ class ImageReceiver:
                              reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
             # Without the events of the middleware, which cost as much as the images.
             subscription = owner.create_subscription(
-                kind, name, self._callback_of(index), qos,
+                kind, name, self._callback_of(kind, index), qos, raw=kind is Image,
                 event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
             self.subscriptions[name] = (subscription, reliable)
             self.node.get_logger().info(f"receives {name} ({'reliable' if reliable else 'best effort'})")
 
-    def _callback_of(self, index):
+    def _callback_of(self, kind, index):
         if index == "info":
             return self._receive_info
         if index in self.samples:
@@ -135,7 +136,7 @@ class ImageReceiver:
 
         def receive(message):
             self.newest = time.monotonic()
-            for complete in self.pairing.add(index, message):
+            for complete in self.pairing.add(index, image_of(message) if kind is Image else message):
                 self.received += 1
                 self.queue.put(complete)
         return receive
@@ -296,7 +297,7 @@ class StillmapNode(Node):
         self.newest = located
         self.counts["tracked" if located.T_map_base is not None else "without a pose"] += 1
         if located.T_map_base is None:
-            elsewhere = "the camera is in a new map, which is not connected with the loaded one yet"
+            elsewhere = "the camera is in a map that is not connected with the loaded one yet"
             self._tell(f"no pose: {elsewhere if located.elsewhere else located.update.reason}")
         self._publish_pose(located)
 
@@ -354,7 +355,7 @@ class StillmapNode(Node):
         return found
 
     def _pixels(self, message, index):
-        if isinstance(message, Image):
+        if not isinstance(message, CompressedImage):
             return images.raw_pixels(message)
         if index == 0 or self.settings["stereo"]:
             return images.compressed_color(message)
@@ -439,7 +440,7 @@ class StillmapNode(Node):
         next_map = 0.0
         while not self.stopping.wait(0.1):
             mapper, newest = self.mapper, self.newest
-            if mapper is None or newest is None or newest.elsewhere:
+            if mapper is None or newest is None or newest.T_map_base is None:
                 continue
             self._publish_movers(mapper, newest.time)
             if 0 < self.settings["map_period"] and next_map <= time.monotonic():
@@ -484,11 +485,10 @@ class StillmapNode(Node):
 
     # The main thread: services and diagnostics
 
-    def _answer(self, response, command, done):
-        """Answers a service with the result of a command of the tracking thread."""
+    def _answer(self, response, command):
+        """Answers a service with the text that a command of the tracking thread returns."""
         try:
-            self._on_tracker(command)
-            response.success, response.message = True, done
+            response.success, response.message = True, self._on_tracker(command)
         except Exception as error:  # noqa: BLE001 - the caller gets the reason
             response.success, response.message = False, str(error) or type(error).__name__
         self.get_logger().info(response.message)
@@ -501,7 +501,8 @@ class StillmapNode(Node):
             if not self.map_file:
                 raise RuntimeError("no file is named\n  fix: set the parameter map_file")
             self.mapper.save(self.map_file)
-        return self._answer(response, save, f"saved the map {self.map_file}")
+            return f"saved the map {self.map_file}"
+        return self._answer(response, save)
 
     def _load_map(self, request, response):
         file = Path(request.map_url.removeprefix("file://"))
@@ -511,9 +512,10 @@ class StillmapNode(Node):
                 raise FileNotFoundError(f"there is no map {file}")
             if self.mapper is None:
                 self.load = file
-            else:  # if it cannot be used, the present map stays
-                self._use_map(self.mapper.camera, self.mapper.T_base_camera, file)
-        answer = self._answer(Trigger.Response(), load, f"the camera is searched in the map {file}")
+                return f"starts in the map {file}"
+            reason = self.mapper.load(file)
+            return f"the map {file} is loaded; {reason}" if reason else f"the camera is in the map {file}"
+        answer = self._answer(Trigger.Response(), load)
         response.result = LoadMap.Response.RESULT_SUCCESS
         if not answer.success:
             response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
@@ -526,6 +528,7 @@ class StillmapNode(Node):
         if self.mapper is not None and self.map_file:
             journal_of(self.map_file).unlink(missing_ok=True)
         self.mapper, self.load, self.newest_grid, self.images.info = None, None, None, None
+        return "starts a new map"
 
     def _set_localize(self, request, response):
         mode = "localize" if request.data else "map"
@@ -534,7 +537,8 @@ class StillmapNode(Node):
             self.extend = not request.data
             if self.mapper is not None:
                 self.mapper.slam.set_mode(mode)
-        return self._answer(response, set_mode, "localizes only" if request.data else "extends the map")
+            return "localizes only" if request.data else "extends the map"
+        return self._answer(response, set_mode)
 
     def _set_pause(self, request, response):
         self.paused = request.data
@@ -543,7 +547,7 @@ class StillmapNode(Node):
         return response
 
     def _reset(self, _, response):
-        return self._answer(response, self._restart, "starts a new map")
+        return self._answer(response, self._restart)
 
     def _get_map(self, _, response):
         if self.newest_grid is not None:

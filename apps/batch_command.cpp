@@ -1,0 +1,476 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/fnv1a.hpp"
+#include "stillmap/base/json_text.hpp"
+#include "stillmap/base/parallel_for.hpp"
+#include "stillmap/base/print.hpp"
+#include "stillmap/base/stopwatch.hpp"
+#include "stillmap/report/html_page.hpp"
+#include "stillmap/report/svg.hpp"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <glob.h>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+#include "child_process.hpp"
+#include "command_tree.hpp"
+#include "commands.hpp"
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "run_request.hpp"
+#include "terminal.hpp"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BatchArguments : RunRequest {
+  std::vector<std::string> recordings;  // folders, files and patterns
+  std::string list, merge;
+  int jobs = 1;
+  std::string slurm;  // options of sbatch
+  bool use_slurm = false, dry_run = false;
+  std::optional<int> only;  // number of the only job that is run
+};
+
+constexpr int kAttempts = 3;  // of a job that a signal ends, such as one for lack of memory
+constexpr int kSignal = 128;  // larger codes are those of signals: see run_program()
+
+/// A recording, and the name of its job and of its folder of results.
+struct Job {
+  std::string recording, name;
+};
+
+/// How a job ended.
+struct JobEnd {
+  std::string key;  ///< Hash of program, options and recording.
+  int code = kFailure;
+  double seconds = 0;
+};
+
+// ---- the jobs
+
+/// Returns the recordings that a pattern of the shell names, or the word itself.
+std::vector<std::string> named_by(const std::string& word) {
+  if (fs::exists(word) || word.find_first_of("*?[") == std::string::npos) return {word};
+  glob_t found{};
+  const int code = ::glob(word.c_str(), 0, nullptr, &found);
+  std::vector<std::string> names(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  ::globfree(&found);
+  if (code != 0)
+    throw Error("no recording has such a name", word, "check the pattern and its folder");
+  return names;
+}
+
+std::vector<std::string> recordings_of(const BatchArguments& arguments) {
+  std::vector<std::string> words = arguments.recordings;
+  if (!arguments.list.empty()) {
+    std::istringstream lines(read_file(arguments.list));
+    for (std::string line; std::getline(lines, line);) {
+      if (!line.empty() && line.front() != '#') words.push_back(line);
+    }
+  }
+  std::vector<std::string> recordings;
+  for (const std::string& word : words) {
+    const auto named = named_by(word);
+    recordings.insert(recordings.end(), named.begin(), named.end());
+  }
+  if (recordings.empty())
+    throw Error("no recordings were named", "batch", "stillmap batch 'recordings/*' --out results");
+  return recordings;
+}
+
+/// Returns the jobs; recordings of one name are told apart by the folder that they are in.
+std::vector<Job> jobs_of(const BatchArguments& arguments) {
+  std::vector<Job> jobs;
+  std::map<std::string, std::vector<std::size_t>> by_name;
+  for (const std::string& recording : recordings_of(arguments)) {
+    jobs.push_back({recording, sequence_name(recording)});
+    by_name[jobs.back().name].push_back(jobs.size() - 1);
+  }
+  for (const auto& [name, same] : by_name) {
+    if (same.size() < 2) continue;
+    for (const std::size_t i : same) {
+      const fs::path folder = fs::absolute(jobs[i].recording).lexically_normal().parent_path();
+      jobs[i].name = sequence_name(folder) + "_" + name;
+    }
+  }
+  std::map<std::string, std::string> first;
+  for (const Job& job : jobs) {
+    const auto [found, added] = first.emplace(job.name, job.recording);
+    if (!added)
+      throw Error(fmt::format("two recordings would have the results {}", job.name),
+                  found->second + ", " + job.recording, "rename one, or run it in another batch");
+  }
+  return jobs;
+}
+
+/// Returns the options of `stillmap run` in a parsed command line, as words.
+std::vector<std::string> run_words(const CLI::App& command) {
+  const std::array<std::string, 9> own{"list",  "merge", "jobs", "slurm", "dry-run",
+                                       "quiet", "out",   "only", "help"};
+  std::vector<std::string> words;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty()) continue;
+    const std::string& name = option->get_lnames().front();
+    if (std::find(own.begin(), own.end(), name) != own.end()) continue;
+    const std::vector<std::string>& values = option->results();
+    if (option->get_expected_max() == 0) {
+      words.push_back("--" + name);
+    } else if (option->get_delimiter() != 0) {
+      words.insert(words.end(), {"--" + name, fmt::format("{}", fmt::join(values, ","))});
+    } else {
+      for (const std::string& value : values) words.insert(words.end(), {"--" + name, value});
+    }
+  }
+  return words;
+}
+
+// ---- what is done already
+
+/// Continues a hash with the content of a file, or the names and contents below a folder.
+std::uint64_t with_content(const fs::path& path, std::uint64_t hash) {
+  if (is_file(path)) {
+    std::ifstream file = open_file(path);
+    std::string part(std::size_t{1} << 20, '\0');
+    while (file.read(part.data(), static_cast<std::streamsize>(part.size())), file.gcount() > 0)
+      hash = fnv1a(std::string_view(part).substr(0, static_cast<std::size_t>(file.gcount())), hash);
+    return hash;
+  }
+  if (!fs::is_directory(path)) return hash;
+  std::vector<fs::path> below;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) below.push_back(entry.path());
+  std::sort(below.begin(), below.end());
+  for (const fs::path& file : below) {
+    hash = fnv1a(file.lexically_relative(path).string(), hash);
+    if (is_file(file)) hash = with_content(file, hash);
+  }
+  return hash;
+}
+
+fs::path program() { return fs::read_symlink("/proc/self/exe"); }
+
+/// Runs the jobs of a batch, and keeps how they ended in OUT/jobs.
+class Batch {
+ public:
+  Batch(const BatchArguments& arguments, std::vector<std::string> options)
+      : out_(fs::absolute(arguments.out).lexically_normal()),
+        options_(std::move(options)),
+        of_options_(with_content(program(), fnv1a(""))) {
+    make_output_folder(out_ / "jobs");
+    for (const std::string& word : options_)
+      of_options_ = with_content(word, fnv1a(word, of_options_));
+  }
+
+  const fs::path& out() const { return out_; }
+  fs::path results_of(const Job& job) const { return out_ / job.name; }
+
+  /// Runs a job unless its results are there already; again if a signal ended it.
+  JobEnd run(const Job& job) const {
+    JobEnd end{
+        fmt::format("{:016x}", with_content(job.recording, fnv1a(job.recording, of_options_)))};
+    if (const JobEnd before = read_end(job); before.key == end.key && has_results(before.code))
+      return before;
+    const Stopwatch watch;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      std::vector<std::string> words{program().string(), "run",   job.recording,
+                                     "--quiet",          "--out", results_of(job).string()};
+      words.insert(words.end(), options_.begin(), options_.end());
+      // Of a job that began before, also one whose computer is gone, the folder is the batch's.
+      if (is_file(file_of(job, ".json"))) words.emplace_back("--force");
+      write_end(job, end);
+      end.code = run_program(words, file_of(job, ".log"));
+      if (end.code <= kSignal || end.code == kInterrupted || interrupted()) break;
+    }
+    end.seconds = watch.milliseconds() / 1000;
+    write_end(job, end);
+    return end;
+  }
+
+  fs::path file_of(const Job& job, const char* extension) const {
+    return out_ / "jobs" / (job.name + extension);
+  }
+
+ private:
+  static bool has_results(int code) { return code == kSuccess || code == kDoubtful; }
+
+  void write_end(const Job& job, const JobEnd& end) const {
+    write_file(file_of(job, ".json"),
+               json_text({{"key", end.key}, {"code", end.code}, {"seconds", end.seconds}}) + "\n");
+  }
+
+  JobEnd read_end(const Job& job) const {
+    const fs::path file = file_of(job, ".json");
+    if (!is_file(file) || !is_file(results_of(job) / kRunSummary)) return {};
+    const auto json = nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
+    if (!json.is_object()) return {};
+    return {json.value("key", ""), json.value("code", int{kFailure}), json.value("seconds", 0.0)};
+  }
+
+  const fs::path out_;
+  const std::vector<std::string> options_;
+  std::uint64_t of_options_;  // hash of program and options
+};
+
+std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, int threads) {
+  std::vector<JobEnd> ends(jobs.size());
+  Progress progress("recordings", jobs.size());
+  std::mutex mutex;
+  parallel_for(jobs.size(), threads, [&] {
+    return [&](std::size_t i) {
+      if (interrupted()) return;
+      try {
+        ends[i] = batch.run(jobs[i]);
+      } catch (const std::exception& error) {
+        const std::scoped_lock lock(mutex);
+        print_error("stillmap: {}\n", error.what());
+      }
+      const std::scoped_lock lock(mutex);
+      progress.step(fmt::format("{} {}", jobs[i].name, ends[i].code == kSuccess ? "" : "failed"));
+    };
+  });
+  return ends;
+}
+
+// ---- the table
+
+/// A row of the table; texts are empty where there is nothing to tell.
+using Row = std::array<std::string, 8>;
+constexpr Row kColumns{"recording", "status",   "frames",   "with a pose",
+                       "ATE [m]",   "time [s]", "findings", "name"};
+
+std::string status_of(int code) {
+  switch (code) {
+    case kSuccess:
+      return "done";
+    case kDoubtful:
+      return "do not trust";
+    case kInterrupted:
+      return "interrupted";
+    default:
+      return "failed";
+  }
+}
+
+Row row_of(const Batch& batch, const Job& job, const JobEnd& end) {
+  Row row{job.recording, status_of(end.code), "", "", "", fmt::format("{:.1f}", end.seconds), "",
+          job.name};
+  const fs::path file = batch.results_of(job) / kRunSummary;
+  if (end.code == kFailure || !is_file(file)) return row;
+  const auto json = nlohmann::json::parse(read_file(file));
+  row[2] = fmt::format("{}", json.at("frames").at("total").get<int>());
+  row[3] = fmt::format("{}", json.at("frames").at("tracked").get<int>());
+  if (json.contains("evaluation"))
+    row[4] =
+        fmt::format("{:.4f}", json["evaluation"]["ate"]["translation_m"]["rmse"].get<double>());
+  for (const auto& finding : json.at("findings")) {
+    if (finding.at("severity") == "untrusted")
+      row[6] += (row[6].empty() ? "" : " ") + finding.at("code").get<std::string>();
+  }
+  return row;
+}
+
+std::string csv_of(const std::vector<Row>& rows) {
+  std::string text;
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const bool quoted = row[i].find_first_of(",\"\n") != std::string::npos;
+      std::string value = row[i];
+      for (std::size_t at = 0; quoted && (at = value.find('"', at)) != std::string::npos; at += 2)
+        value.insert(at, 1, '"');
+      text += (i > 0 ? "," : "") + (quoted ? '"' + value + '"' : value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string page_of(const std::vector<Row>& rows) {
+  std::string table = "<div class=\"scroll\"><table>\n";
+  for (const Row& row : rows) {
+    const bool is_head = &row == &rows.front();
+    table += "<tr>";
+    for (std::size_t i = 0; i + 1 < row.size(); ++i) {
+      std::string cell = escape_markup(row[i]);
+      if (i == 0 && !is_head && row[1] != status_of(kFailure))
+        cell = fmt::format("<a href=\"{}/report.html\">{}</a>", escape_markup(row.back()), cell);
+      table += is_head ? "<th>" + cell + "</th>" : "<td>" + cell + "</td>";
+    }
+    table += "</tr>\n";
+  }
+  return html_page("Batch", html_card("Recordings", table + "</table></div>\n"), "");
+}
+
+/// Writes the table of all jobs, and prints it. Returns the exit code.
+int write_table(const Batch& batch, const std::vector<Job>& jobs, const std::vector<JobEnd>& ends) {
+  std::vector<Row> rows{kColumns};
+  std::size_t width = kColumns[0].size();
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    rows.push_back(row_of(batch, jobs[i], ends[i]));
+    width = std::max(width, rows.back()[7].size());
+  }
+  ResultFolder folder(batch.out());
+  folder.write_text("results.csv", csv_of(rows));
+  folder.write_text("results.html", page_of(rows));
+  folder.require_all();
+  for (const Row& row : rows)
+    print_out("{:<{}}  {:<12} {:>7} {:>11} {:>8} {:>8}  {}\n",
+              &row == &rows.front() ? row[0] : row[7], width, row[1], row[2], row[3], row[4],
+              row[5], row[6]);
+  int code = kSuccess;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    if (ends[i].code == kSuccess) continue;
+    if (ends[i].code != kDoubtful)
+      print_error("stillmap: {}: exit code {}\n  see {}\n", jobs[i].name, ends[i].code,
+                  batch.file_of(jobs[i], ".log").string());
+    code = ends[i].code == kDoubtful && code != kFailure ? kDoubtful : kFailure;
+  }
+  print_out("{}", open_line(batch.out() / "results.html"));
+  return interrupted() ? kInterrupted : code;
+}
+
+/// Merges the maps of the jobs that have one.
+int merge_maps_of(const Batch& batch, const std::vector<Job>& jobs, const std::string& file) {
+  std::vector<std::string> words{program().string(), "map", "merge"};
+  for (const Job& job : jobs) {
+    if (const fs::path map = batch.results_of(job) / "run.map"; is_file(map))
+      words.push_back(map.string());
+  }
+  words.insert(words.end(), {"--out", fs::absolute(file).string(), "--force"});
+  const fs::path log = batch.out() / "jobs" / "merge.log";
+  const int code = run_program(words, log);
+  print_out("{}", read_file(log));
+  return code;
+}
+
+// ---- Slurm
+
+/// Returns a word as the shell reads it.
+std::string quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// Writes the scripts of the job array, of the job that follows it, and of their submission, and
+/// runs the latter. https://slurm.schedmd.com/sbatch.html
+int submit(const BatchArguments& arguments, const Batch& batch, const std::vector<Job>& jobs,
+           const std::vector<std::string>& options) {
+  std::string command = quoted(program().string()) + " batch";
+  for (const Job& job : jobs) command += " " + quoted(fs::absolute(job.recording).string());
+  command += " --out " + quoted(batch.out().string());
+  for (const std::string& word : options) command += " " + quoted(word);
+  const std::string folder = (batch.out() / "jobs").string();
+  const auto script = [&](const std::string& name, const std::string& last) {
+    return fmt::format(
+        "#!/bin/sh\n#SBATCH --job-name={} --requeue\n#SBATCH --output={}/{}\nexec {} {}\n", name,
+        folder, name == "stillmap" ? "slurm_%a.txt" : "slurm_results.txt", command, last);
+  };
+  const std::string merge =
+      arguments.merge.empty() ? "" : "--merge " + quoted(fs::absolute(arguments.merge).string());
+  const std::map<std::string, std::string> scripts{
+      {"array.sh", script("stillmap", "--only $SLURM_ARRAY_TASK_ID")},
+      {"results.sh", script("stillmap-results", merge)},
+      {"submit.sh", fmt::format("#!/bin/sh\nset -e\n"
+                                "array=$(sbatch --parsable --array=0-{} {} {}/array.sh)\n"
+                                "sbatch --dependency=afterany:$array {} {}/results.sh\n",
+                                jobs.size() - 1, arguments.slurm, quoted(folder), arguments.slurm,
+                                quoted(folder))}};
+  for (const auto& [name, text] : scripts) {
+    if (arguments.dry_run) print_out("==> {}/{} <==\n{}\n", folder, name, text);
+    write_file(fs::path(folder) / name, text);
+  }
+  if (arguments.dry_run) return kSuccess;
+  const fs::path log = fs::path(folder) / "submit.log";
+  const int code = run_program({"/bin/sh", folder + "/submit.sh"}, log);
+  print_out("{}", read_file(log));
+  if (code != 0)
+    throw Error("the jobs were not submitted", log.string(),
+                "install slurm-client, or check the options of --slurm");
+  print_out("when the jobs have ended: {}\n", (batch.out() / "results.html").string());
+  return kSuccess;
+}
+
+int run_batch(const BatchArguments& arguments, const CLI::App& command) {
+  const std::vector<Job> jobs = jobs_of(arguments);
+  const std::vector<std::string> options = run_words(command);
+  options_of(arguments);  // Throws Error for options that no job could use.
+  const Batch batch(arguments, options);
+  if (arguments.use_slurm) return submit(arguments, batch, jobs, options);
+  if (arguments.dry_run) {
+    for (const Job& job : jobs)
+      print_out("{} -> {}\n", job.recording, batch.results_of(job).string());
+    return kSuccess;
+  }
+  catch_interrupt();
+  if (arguments.only) return batch.run(jobs.at(static_cast<std::size_t>(*arguments.only))).code;
+  const int code = write_table(batch, jobs, run_all(batch, jobs, arguments.jobs));
+  if (arguments.merge.empty() || interrupted()) return code;
+  return std::max(code, merge_maps_of(batch, jobs, arguments.merge));
+}
+
+}  // namespace
+
+void add_batch_command(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<BatchArguments>();
+  CLI::App* command =
+      app.add_subcommand("batch", "map many recordings, each into a folder of its own");
+  command->add_option("recordings", arguments->recordings,
+                      "recordings, as of stillmap run, or quoted patterns of their names");
+  command->add_option("--list", arguments->list,
+                      "text file with one recording or pattern per line");
+  command->add_option("--out", arguments->out, "folder for all results")->required();
+  command
+      ->add_option("--jobs", arguments->jobs,
+                   "number of recordings that are mapped at the same time")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--merge", arguments->merge,
+                      "merge the maps of all recordings into this file");
+  command
+      ->add_option(
+          "--slurm", arguments->slurm,
+          "run the recordings as a job array of Slurm, and table and merge as a job after it, with "
+          "these options of sbatch")
+      ->expected(0, 1)
+      ->type_name("OPTIONS");
+  command->add_flag("--dry-run", arguments->dry_run,
+                    "print what would be run, with --slurm the scripts");
+  command->add_option("--only", arguments->only, "number of the only job that is run")->group("");
+  add_quiet_option(*command);
+  add_recording_options(*command, *arguments);
+  add_method_options(*command, *arguments);
+  add_result_options(*command, *arguments);
+  add_start_options(*command, *arguments);
+  command->footer(
+      "A recording is mapped again only if its content, the options or the program changed, or if "
+      "it failed.\n"
+      "Examples:\n"
+      "  stillmap batch 'recordings/*' --out results --jobs 2\n"
+      "  stillmap batch --list monday.txt --out monday --merge monday.map --model "
+      "yolo11n-seg.onnx\n"
+      "  stillmap batch 'tuesday/*.mcap' --out tuesday --load-map monday.map --localize-only\n"
+      "  stillmap batch 'recordings/*' --out results --slurm='--partition=cpu --cpus-per-task=2'\n"
+      "Files:\n"
+      "  results.csv, results.html  table of all recordings\n"
+      "  NAME/                      results of a recording, as of stillmap run\n"
+      "  jobs/                      what each job printed, and how it ended");
+  command->callback([arguments, command, &exit_code] {
+    arguments->use_slurm = command->count("--slurm") > 0;
+    exit_code = run_batch(*arguments, *command);
+  });
+}
+
+}  // namespace stillmap

@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Tests `stillmap batch`.
+
+  batch_test.py PROGRAM    PROGRAM: file of the command
+"""
+import csv
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = None
+COUNT = 3
+
+
+class Batch(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name)
+        for i in range(COUNT):
+            cls.run_stillmap("simulate", "--frames", 20, "--people", 1, "--width", 160, "--height", 120, "--seed", i + 1,
+                             "--out", cls.folder / "recordings" / f"visit_{i}")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    @classmethod
+    def run_stillmap(cls, *words):
+        return subprocess.run([PROGRAM, *map(str, words)], cwd=cls.folder, capture_output=True, text=True, check=True)
+
+    def setUp(self):
+        self.out = self.folder / self.id().rpartition(".")[2]
+
+    def batch(self, *words, code=0, out=None):
+        command = [PROGRAM, "batch", *words, "--out", out or self.out]
+        result = subprocess.run(list(map(str, command)), cwd=self.folder, capture_output=True, text=True, check=False)
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        return result.stdout + result.stderr
+
+    def rows(self):
+        with (self.out / "results.csv").open() as file:
+            return list(csv.DictReader(file))
+
+    def times(self):
+        return [(self.out / f"visit_{i}" / "summary.json").stat().st_mtime_ns for i in range(COUNT)]
+
+    def test_results_are_those_of_single_runs(self):
+        self.batch("recordings/*", "--jobs", 2, "--set", "features.keypoints=600", "--set", "dense.stride=4")
+        self.assertEqual([row["name"] for row in self.rows()], ["visit_0", "visit_1", "visit_2"])
+        for row in self.rows():
+            self.assertEqual((row["status"], row["frames"], row["with a pose"]), ("done", "20", "20"))
+            self.assertLess(float(row["ATE [m]"]), 0.02)
+            single = self.folder / "single" / row["name"]
+            self.run_stillmap("run", row["recording"], "--quiet", "--out", single, "--set", "features.keypoints=600",
+                              "--set", "dense.stride=4")
+            for name in ("trajectory.txt", "cloud.ply", "run.map"):
+                self.assertEqual((single / name).read_bytes(), (self.out / row["name"] / name).read_bytes(), name)
+        self.assertIn("visit_0/report.html", (self.out / "results.html").read_text())
+
+    def test_only_what_changed_is_mapped_again(self):
+        self.batch("recordings/*")
+        first = self.times()
+        self.batch("recordings/*")
+        self.assertEqual(self.times(), first)
+        changed = self.folder / "recordings" / "visit_1" / "groundtruth.txt"
+        text = changed.read_text()
+        changed.write_text(text + "\n")
+        self.batch("recordings/*")
+        self.assertEqual([now == before for now, before in zip(self.times(), first)], [True, False, True])
+        changed.write_text(text)
+        (self.out / "visit_2" / "summary.json").unlink()
+        self.batch("recordings/*", "--preset", "static")
+        self.assertTrue(all(now != before for now, before in zip(self.times()[:2], first)))
+        self.assertTrue((self.out / "visit_2" / "summary.json").exists())
+
+    def test_a_failure_leaves_the_others(self):
+        broken = self.folder / "broken"
+        shutil.copytree(self.folder / "recordings" / "visit_0", broken, dirs_exist_ok=True)
+        shutil.rmtree(broken / "rgb")
+        output = self.batch("recordings/visit_1", "broken", code=1)
+        self.assertEqual([row["status"] for row in self.rows()], ["done", "failed"])
+        self.assertIn("jobs/broken.log", output)
+        self.assertIn("fix:", (self.out / "jobs" / "broken.log").read_text())
+
+    def test_maps_are_merged(self):
+        listed = self.folder / "list.txt"
+        listed.write_text("# two visits\nrecordings/visit_[01]\n")
+        self.batch("--list", listed, "--merge", "all.map")
+        self.run_stillmap("map", "merge", self.out / "visit_0" / "run.map", self.out / "visit_1" / "run.map", "--out", "by_hand.map")
+        self.assertEqual((self.folder / "all.map").read_bytes(), (self.folder / "by_hand.map").read_bytes())
+
+    def test_many_are_localized_in_one_map(self):
+        self.batch("recordings/visit_0")
+        self.batch("recordings/visit_0", "--load-map", self.out / "visit_0" / "run.map", "--localize-only", out=self.out / "again")
+        self.assertTrue((self.out / "again" / "visit_0" / "trajectory.txt").exists())
+
+    def test_recordings_of_one_name_have_folders_of_their_own(self):
+        other = self.folder / "other" / "visit_0"
+        shutil.copytree(self.folder / "recordings" / "visit_0", other)
+        self.batch("recordings/visit_0", other)
+        self.assertEqual([row["name"] for row in self.rows()], ["recordings_visit_0", "other_visit_0"])
+        self.assertIn("two recordings would have the results", self.batch(other, other, code=1))
+
+    def test_wrong_words(self):
+        self.assertIn("no recording has such a name", self.batch("nothing/*", code=1))
+        self.assertIn("no recordings were named", self.batch(code=1))
+        self.assertIn("did you mean", self.batch("recordings/*", "--preset", "fusd", code=1))
+        self.assertFalse((self.out / "visit_0").exists())
+
+    def test_scripts_of_slurm(self):
+        output = self.batch("recordings/*", "--slurm=--partition=cpu", "--dry-run", "--stride", 2, "--merge", "it's.map")
+        self.assertIn("sbatch --parsable --array=0-2 --partition=cpu ", output)
+        self.assertIn("sbatch --dependency=afterany:$array --partition=cpu ", output)
+        self.assertIn("'--stride' '2' --only $SLURM_ARRAY_TASK_ID", output)
+        self.assertIn("it'\\''s.map'", output)
+        for script in (self.out / "jobs").glob("*.sh"):
+            subprocess.run(["sh", "-n", script], check=True)
+        self.assertFalse((self.out / "visit_0").exists())
+
+
+if __name__ == "__main__":
+    PROGRAM = str(Path(sys.argv.pop(1)).resolve())
+    unittest.main(verbosity=2)
