@@ -249,8 +249,8 @@ std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, in
 
 /// A row of the table; texts are empty where there is nothing to tell.
 using Row = std::array<std::string, 8>;
-constexpr Row kColumns{"recording", "status",   "frames",   "with a pose",
-                       "ATE [m]",   "time [s]", "findings", "name"};
+const Row kColumns{"recording", "status",   "frames",   "with a pose",
+                   "ATE [m]",   "time [s]", "findings", "name"};
 
 std::string status_of(int code) {
   switch (code) {

@@ -175,7 +175,7 @@ bool has_frames(const SequencePaths& paths) {
 void require_folder(const fs::path& folder) {
   std::error_code refused, ignored;
   if (is_folder(folder)) {
-    fs::directory_iterator(folder, refused);
+    const fs::directory_iterator first(folder, refused);
     if (refused)
       throw Error("cannot be read: " + refused.message(), folder.string(),
                   "change its permissions");
