@@ -8,6 +8,7 @@
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/pipeline/merge_maps.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
+#include "stillmap/pipeline/site_frame.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/run_folder.hpp"
@@ -18,6 +19,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <vector>
@@ -37,7 +39,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct MapArguments {
-  std::string file, json, out;
+  std::string file, json, out, points;
   std::vector<std::string> files;  // to be merged
   std::optional<int> memory;       // for their views and keyframes [MB]
   bool force = false;
@@ -87,6 +89,40 @@ int slim(const MapArguments& arguments) {
   print_out("written: {} ({:.2f} MB of {:.2f})\n", out.string(),
             static_cast<double>(fs::file_size(out)) / 1e6,
             static_cast<double>(fs::file_size(map_file_of(arguments.file))) / 1e6);
+  return code_for(saved);
+}
+
+/// Returns a table of the points with their errors.
+std::string alignment_text(const std::vector<KnownPoint>& points, const SiteAlignment& alignment) {
+  std::string text =
+      fmt::format("{:<20}{:>12}{:>26}\n", "point", "error [mm]", "error by the others [mm]");
+  double squares = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool checked = i < alignment.errors_of_others.size();
+    text +=
+        fmt::format("{:<20}{:>12.1f}{:>26}\n", points[i].name, 1000 * alignment.errors[i],
+                    checked ? fmt::format("{:.1f}", 1000 * alignment.errors_of_others[i]) : "-");
+    squares += alignment.errors[i] * alignment.errors[i];
+  }
+  return text + fmt::format("RMS {:.1f} mm\n",
+                            1000 * std::sqrt(squares / static_cast<double>(points.size())));
+}
+
+int align(const MapArguments& arguments) {
+  require_replaceable(arguments.out, is_saved_map, arguments.force);
+  const std::vector<KnownPoint> points = read_known_points(arguments.points);
+  const SiteAlignment alignment = align_to_site(points);
+  SavedMap saved = read_saved_map(arguments.file);
+  move_world(saved.map, alignment.T_site_map);
+  if (const fs::path folder = fs::path(arguments.out).parent_path(); !folder.empty())
+    make_output_folder(folder);
+  write_saved_map(arguments.out, saved);
+  print_out("{}", alignment_text(points, alignment));
+  if (saved.map.first.size() > 1)
+    print_out(
+        "{} components that are not connected with the oldest one stay in frames of their own\n",
+        saved.map.first.size() - 1);
+  print_out("written: {}\n", arguments.out);
   return code_for(saved);
 }
 
@@ -299,8 +335,8 @@ int export_map(const MapArguments& arguments) {
 }  // namespace
 
 void add_map_command(CLI::App& app, int& exit_code) {
-  CLI::App* map =
-      app.add_subcommand("map", "describe, merge, export or reduce maps saved by `run --save-map`");
+  CLI::App* map = app.add_subcommand(
+      "map", "describe, merge, align, export or reduce maps saved by `run --save-map`");
   map->require_subcommand(1);
   auto arguments = std::make_shared<MapArguments>();
   CLI::App* info = map->add_subcommand("info", "versions, camera, counts, extent and size");
@@ -333,6 +369,21 @@ void add_map_command(CLI::App& app, int& exit_code) {
   add_force_option(*merging, arguments->force);
   merging->footer("Example:\n  stillmap map merge monday.map tuesday.map --out site.map");
   merging->callback([arguments, &exit_code] { exit_code = merge(*arguments); });
+  CLI::App* aligning =
+      map->add_subcommand("align", "move the map into the frame of its site, by known points");
+  aligning->add_option("file", arguments->file, "saved map, or folder of a run")->required();
+  aligning
+      ->add_option(
+          "--points", arguments->points,
+          "lines 'name,x,y,z,X,Y,Z': coordinates of three or more points in the map, as the view's "
+          "Measure shows them, and at the site [m]")
+      ->required();
+  aligning->add_option("-o,--out", arguments->out, "file to write")->required()->type_name("FILE");
+  add_force_option(*aligning, arguments->force);
+  aligning->footer(
+      "Runs that load the new map, and what is exported from it, are in the frame of the site.\n"
+      "Example:\n  stillmap map align hall.map --points survey.csv --out hall_site.map");
+  aligning->callback([arguments, &exit_code] { exit_code = align(*arguments); });
   CLI::App* exporting = map->add_subcommand(
       "export",
       "write landmarks.ply, keyframes.txt (TUM format), graph.json and cloud.ply, or the files of "

@@ -252,6 +252,29 @@ for model in models:
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("map of another camera (simulated)", done.stdout)
 
+    def test_an_aligned_map_gives_poses_at_the_site(self):
+        """The site is the map turned by 90 degrees about z, and moved."""
+        def at_site(x, y, z):
+            return 100 - y, x - 20, z + 3
+        survey = self.folder / "survey.csv"
+        survey.write_text("".join(",".join([name, *map(str, (*p, *at_site(*p)))]) + "\n" for name, p in
+                                  (("a", (0, 0, 0)), ("b", (3, 0, 1)), ("c", (0, 2, 1)), ("d", (1, 1, 4)))))
+        aligned = self.folder / "site.map"
+        shown = stillmap("map", "align", self.map, "--points", survey, "--out", aligned)
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        self.assertIn("RMS 0.0 mm", shown.stdout)
+        for name, file in (("there", aligned), ("here", self.map)):
+            found = self.run_sequence(name, "--load-map", file, "--localize-only")
+            self.assertEqual(found.returncode, 0, found.stderr)
+        there, here = ([list(map(float, line.split())) for line in (self.folder / name / "trajectory.txt").read_text().splitlines()
+                        if not line.startswith("#")] for name in ("there", "here"))
+        self.assertEqual(len(there), len(here))
+        for a, b in zip(there, here):
+            for x, y in zip(a[1:4], at_site(*b[1:4])):
+                self.assertAlmostEqual(x, y, delta=1e-3)
+        survey.write_text("a,0,0,0,1,1,1\n")
+        self.refused(stillmap("map", "align", self.map, "--points", survey, "--out", aligned), 1, "1 points, too few")
+
     def test_maps_are_merged_in_any_order(self):
         second = self.folder / "second.map"
         self.assertEqual(self.run_sequence("second", "--first", 10, "--save-map", second).returncode, 0)

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/site_frame.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/number.hpp"
+#include "stillmap/geometry/trajectory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include <Eigen/SVD>
+#include <fmt/format.h>
+
+namespace stillmap {
+namespace {
+
+constexpr double kFarthest = 1e4;       // coordinate that is accepted [m]
+constexpr double kSmallestWidth = 0.1;  // RMS distance of the points from a line [m]
+constexpr double kMostScale = 1.05;     // ratio of the distances at the site and in the map
+
+/// Returns the words of a line between separators.
+std::vector<std::string> words_of(std::string line) {
+  std::replace_if(
+      line.begin(), line.end(),
+      [](char c) { return c == ',' || c == ';' || c == '\t' || c == '\r'; }, ' ');
+  std::istringstream stream(line);
+  std::vector<std::string> words;
+  for (std::string word; stream >> word;) words.push_back(word);
+  return words;
+}
+
+KnownPoint point_of(const std::vector<std::string>& words, const std::string& where) {
+  constexpr std::size_t kWords = 7;
+  if (words.size() != kWords)
+    throw Error(
+        fmt::format("has {} values, not 7", words.size()), where,
+        "write lines 'name,x,y,z,X,Y,Z': the coordinates in the map, and those at the site [m]");
+  KnownPoint point{words[0], {}, {}};
+  for (int i = 0; i < 6; ++i) {
+    const auto number = number_of(words[static_cast<std::size_t>(i) + 1]);
+    if (!number || !std::isfinite(*number))
+      throw Error("'" + words[static_cast<std::size_t>(i) + 1] + "' is no number", where,
+                  "write coordinates [m] with a decimal point");
+    if (std::abs(*number) > kFarthest)
+      throw Error("has a coordinate beyond 10 km, where point clouds lose their millimeters", where,
+                  "subtract the same offset from all coordinates at the site");
+    (i < 3 ? point.p_map(i) : point.p_site(i - 3)) = *number;
+  }
+  return point;
+}
+
+/// The points in both frames, as columns.
+struct Columns {
+  Eigen::Matrix3Xd map, site;
+};
+
+/// Returns the points without one of them; with all for an index beyond the last.
+Columns columns_of(const std::vector<KnownPoint>& points, std::size_t left_out) {
+  const auto count = static_cast<Eigen::Index>(points.size() - (left_out < points.size() ? 1 : 0));
+  Columns columns{Eigen::Matrix3Xd(3, count), Eigen::Matrix3Xd(3, count)};
+  Eigen::Index column = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i == left_out) continue;
+    columns.map.col(column) = points[i].p_map;
+    columns.site.col(column++) = points[i].p_site;
+  }
+  return columns;
+}
+
+Eigen::Matrix3Xd centered(const Eigen::Matrix3Xd& points) {
+  return points.colwise() - points.rowwise().mean();
+}
+
+/// Returns the RMS distance of points from the line that fits them best.
+double width_of(const Eigen::Matrix3Xd& points) {
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centered(points));
+  return svd.singularValues().tail<2>().norm() / std::sqrt(static_cast<double>(points.cols()));
+}
+
+void require_alignable(const Columns& all) {
+  constexpr const char* kWhere = "known points";
+  if (all.map.cols() < 3)
+    throw Error(fmt::format("there are {} points, too few for an alignment", all.map.cols()),
+                kWhere, "give three or more points that are not on a line");
+  if (std::min(width_of(all.map), width_of(all.site)) < kSmallestWidth)
+    throw Error("lie on a line, so that the rotation about it is unknown", kWhere,
+                "add a point at least a meter beside it");
+  const double scale = centered(all.site).norm() / centered(all.map).norm();
+  if (scale > kMostScale || scale < 1 / kMostScale)
+    throw Error(
+        fmt::format(
+            "the distances between the points at the site are {:.3g} times those in the map",
+            scale),
+        kWhere, "give both in meters, and check which point is which");
+}
+
+}  // namespace
+
+std::vector<KnownPoint> read_known_points(const std::filesystem::path& file) {
+  std::istringstream lines(read_file(file));
+  std::vector<KnownPoint> points;
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const auto words = words_of(line);
+    if (words.empty() || words.front().starts_with('#')) continue;
+    points.push_back(point_of(words, fmt::format("{}:{}", file.string(), number)));
+  }
+  return points;
+}
+
+SiteAlignment align_to_site(const std::vector<KnownPoint>& points) {
+  const Columns all = columns_of(points, points.size());
+  require_alignable(all);
+  SiteAlignment alignment{align_points(all.site, all.map), {}, {}};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const KnownPoint& p = points[i];
+    alignment.errors.push_back((p.p_site - alignment.T_site_map * p.p_map).norm());
+    if (points.size() < 4) continue;
+    const Columns others = columns_of(points, i);
+    alignment.errors_of_others.push_back(
+        (p.p_site - align_points(others.site, others.map) * p.p_map).norm());
+  }
+  return alignment;
+}
+
+void move_world(MapContent& map, const Pose& T) {
+  if (map.first.empty()) return;
+  const std::uint32_t component = map.first.begin()->first;
+  std::vector<bool> moves(map.keyframes.size());
+  for (Keyframe& k : map.keyframes) {
+    moves[k.id.slot] = k.component == component;
+    if (moves[k.id.slot]) k.T_world_camera = T * k.T_world_camera;
+  }
+  for (Landmark& l : map.landmarks) {
+    if (!moves[l.observations.front().keyframe.slot]) continue;
+    l.p_world = T * l.p_world;
+    l.normal = T.quaternion() * l.normal;
+  }
+}
+
+}  // namespace stillmap

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/geometry/pose.hpp"
+#include "stillmap/map/map.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillmap {
+
+/// A point with known coordinates in the frame of a site, such as that of a total station.
+struct KnownPoint {
+  std::string name;
+  Eigen::Vector3d p_map;   ///< [m]
+  Eigen::Vector3d p_site;  ///< [m]
+};
+
+/// Reads lines "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m], separated by commas,
+/// semicolons, tabs or blanks; lines that begin with # are comments. Throws Error for other lines,
+/// and for coordinates beyond 10 km, which the single precision of point clouds resolves to 1 mm.
+std::vector<KnownPoint> read_known_points(const std::filesystem::path& file);
+
+/// How a map lies at its site.
+struct SiteAlignment {
+  Pose T_site_map;
+  std::vector<double> errors;  ///< Distance of each point from its place at the site [m].
+  /// The same by an alignment without the point itself; empty for fewer than four points.
+  std::vector<double> errors_of_others;
+};
+
+/// Aligns points by least squares: see align_points(). Throws Error for fewer than three points,
+/// for points on a line, and if the distances between them differ by more than 5 % at the site.
+SiteAlignment align_to_site(const std::vector<KnownPoint>& points);
+
+/// Moves the component whose world frame is that of the map: p becomes T * p.
+void move_world(MapContent& map, const Pose& T);
+
+}  // namespace stillmap

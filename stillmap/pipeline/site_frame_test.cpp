@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/site_frame.hpp"
+
+#include "stillmap/base/file.hpp"
+#include "stillmap/base/test_error.hpp"
+#include "stillmap/base/test_path.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace stillmap {
+namespace {
+
+using test::error_of;
+using testing::HasSubstr;
+
+const Pose kSiteMap(so3_exp({0.1, -0.2, 2.5}), {400, -30, 7});
+
+std::vector<KnownPoint> corners() {
+  std::vector<KnownPoint> points;
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(4, 0, 1),
+                                   Eigen::Vector3d(4, 3, 1), Eigen::Vector3d(0, 3, 2.5)})
+    points.push_back({fmt::format("p{}", points.size()), p, kSiteMap * p});
+  return points;
+}
+
+TEST(SiteFrame, ExactPointsGiveTheExactPose) {
+  const SiteAlignment alignment = align_to_site(corners());
+  EXPECT_LT((alignment.T_site_map.inverse() * kSiteMap).translation().norm(), 1e-9);
+  EXPECT_LT(alignment.T_site_map.quaternion().angularDistance(kSiteMap.quaternion()), 1e-9);
+  ASSERT_EQ(alignment.errors.size(), 4U);
+  for (const double error : alignment.errors) EXPECT_LT(error, 1e-9);
+}
+
+TEST(SiteFrame, AWrongPointIsFoundByTheOthers) {
+  std::vector<KnownPoint> points = corners();
+  points.push_back({"wrong", {2, 2, 0}, kSiteMap * Eigen::Vector3d(2.1, 2, 0)});
+  const SiteAlignment alignment = align_to_site(points);
+  EXPECT_NEAR(alignment.errors_of_others.back(), 0.1, 1e-9);
+  EXPECT_LT(alignment.errors.back(), 0.1) << "it draws the alignment to itself";
+  EXPECT_TRUE(align_to_site({points.begin(), points.begin() + 3}).errors_of_others.empty());
+}
+
+TEST(SiteFrame, PointsThatDetermineNoPoseAreRefused) {
+  std::vector<KnownPoint> points = corners();
+  EXPECT_THAT(error_of([&] {
+                align_to_site({points.begin(), points.begin() + 2});
+              }),
+              HasSubstr("2 points"));
+  for (KnownPoint& p : points) p.p_site *= 1000;
+  EXPECT_THAT(error_of([&] { align_to_site(points); }), HasSubstr("1e+03 times"));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].p_map = {static_cast<double>(i), 0, 0};
+    points[i].p_site = kSiteMap * points[i].p_map;
+  }
+  EXPECT_THAT(error_of([&] { align_to_site(points); }), HasSubstr("on a line"));
+}
+
+TEST(SiteFrame, KnownPointsAreReadFromText) {
+  const auto file = test::own_path("points.csv");
+  write_file(file, "# name, map, site\ndoor,1,2.5,-3,10,20,30\n\nlamp; 1e-1; 0; 0; 1; 2; 3\r\n");
+  const auto points = read_known_points(file);
+  ASSERT_EQ(points.size(), 2U);
+  EXPECT_EQ(points[0].name, "door");
+  EXPECT_EQ(points[0].p_map, Eigen::Vector3d(1, 2.5, -3));
+  EXPECT_EQ(points[1].p_map, Eigen::Vector3d(0.1, 0, 0));
+  EXPECT_EQ(points[1].p_site, Eigen::Vector3d(1, 2, 3));
+  const auto error_with = [&](const std::string& line) {
+    write_file(file, "a,0,0,0,0,0,0\n" + line);
+    return error_of([&] { read_known_points(file); });
+  };
+  EXPECT_THAT(error_with("b,0,0,0,0,0"), HasSubstr(":2: has 6 values"));
+  EXPECT_THAT(error_with("b,0,0,x,0,0,0"), HasSubstr("'x' is no number"));
+  EXPECT_THAT(error_with("b,0,0,nan,0,0,0"), HasSubstr("'nan' is no number"));
+  EXPECT_THAT(error_with("b,0,0,0,4500000,0,0"), HasSubstr("subtract the same offset"));
+  std::filesystem::remove(file);
+}
+
+TEST(SiteFrame, OnlyTheWorldOfTheMapMoves) {
+  MapContent map;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    Keyframe keyframe;
+    keyframe.id = {i, 0};
+    keyframe.component = i;
+    map.keyframes.push_back(keyframe);
+    map.first[i] = keyframe.id;
+    Landmark landmark;
+    landmark.p_world = {1, 2, 3};
+    landmark.observations = {{keyframe.id, 0}};
+    map.landmarks.push_back(landmark);
+  }
+  move_world(map, kSiteMap);
+  EXPECT_EQ(map.keyframes[0].T_world_camera.translation(), kSiteMap.translation());
+  EXPECT_EQ(map.landmarks[0].p_world, kSiteMap * Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(map.landmarks[0].normal, kSiteMap.quaternion() * Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(map.keyframes[1].T_world_camera.translation(), Eigen::Vector3d::Zero());
+  EXPECT_EQ(map.landmarks[1].p_world, Eigen::Vector3d(1, 2, 3));
+}
+
+}  // namespace
+}  // namespace stillmap
