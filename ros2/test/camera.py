@@ -3,7 +3,7 @@
 
   camera.py RECORDING [--rate HZ] [--first N] [--count N] [--now] [--clock] [--best-effort] [--compressed]
             [--late S] [--half] [--frame NAME] [--back S] [--repeat N] [--imu] [--wheels] [--stereo]
-            [--known]
+            [--known] [--uncalibrated N]
 """
 import argparse
 import array
@@ -42,6 +42,7 @@ def parse():
     parser.add_argument("--wheels", action="store_true", help="publish the samples of odometry.txt, too")
     parser.add_argument("--stereo", action="store_true", help="publish a right image in place of depth")
     parser.add_argument("--known", action="store_true", help="the node knows this camera: do not wait for its camera_info")
+    parser.add_argument("--uncalibrated", type=int, default=0, help="number of frames whose camera_info is empty")
     parser.add_argument("--frame", default="camera_color_optical_frame")
     return parser.parse_args()
 
@@ -109,11 +110,12 @@ class Camera:
             time.sleep(0.05)
         raise SystemExit("nobody subscribes")
 
-    def messages(self, frame, stamp):
-        """Returns the messages of a frame."""
+    def messages(self, number, frame, stamp):
+        """Returns the messages of a frame, the number-th one."""
         camera, half = self.source.camera, 2 if self.arguments.half else 1
         info = CameraInfo(width=camera.width, height=camera.height, distortion_model="plumb_bob", d=[0.0] * 5)
-        info.k = camera.matrix.ravel()
+        if number >= self.arguments.uncalibrated:
+            info.k = camera.matrix.ravel()
         info.header.frame_id = self.arguments.frame
         info.header.stamp = stamp
         bgr = np.ascontiguousarray(frame.rgb[::half, ::half, ::-1])
@@ -164,7 +166,7 @@ class Camera:
                 self.publish_sample(samples.pop(0))
             while odometry and odometry[0][0] * 1e9 <= nanoseconds + 3 * 10**7:
                 self.publish_odometry(odometry.pop(0))
-            info, color, depth = self.messages(frame, stamp)
+            info, color, depth = self.messages(i, frame, stamp)
             self.info.publish(info)
             self.color.publish(color)
             waiting.append((time.monotonic() + self.arguments.late, depth))

@@ -211,6 +211,13 @@ def test_a_missing_transform_is_told_and_the_node_starts_when_it_comes(processes
     assert robot.spin_until(lambda: robot.count("pose") > 3, 20), node.log.read_text()
 
 
+def test_a_camera_that_is_calibrated_later_is_used_then(processes, robot, recording):
+    node = processes.node()
+    processes.camera(recording, "--now", "--repeat", 4, "--uncalibrated", 20)
+    assert robot.spin_until(lambda: robot.says("camera_info has no focal length"), 30), node.log.read_text()
+    assert robot.spin_until(lambda: robot.count("pose") > 3, 20), node.log.read_text()
+
+
 def test_images_of_another_size_are_refused_with_both_sizes(processes, robot, recording):
     node = processes.node()
     processes.camera(recording, "--now", "--half")

@@ -316,7 +316,11 @@ class StillmapNode(Node):
             imu = self._imu(frame, stamp)
             if imu is None and self.settings["imu"]:
                 return None
-            self._start(info, T_base_camera, imu)
+            try:
+                self._start(info, T_base_camera, imu)
+            except Exception:
+                self.images.info = None  # the next one may be right
+                raise
         self._require_size(rgb, depth)
         self._await_samples(stamp)
         for kind, push in (("imu", self.mapper.push_imu), ("wheels", self.mapper.push_odometry)):
@@ -379,13 +383,14 @@ class StillmapNode(Node):
             return BODY_OPTICAL
         return self.tree.lookup(self.settings["base_frame"], frame.lstrip("/"), stamp)
 
+    def _camera_of(self, info):
+        if self.settings["stereo"]:
+            return images.stereo_camera_of(info, self.settings["static_mask"])
+        return images.camera_of(info, self.settings["sensor"], self.settings["rectified"], self.settings["static_mask"])
+
     def _start(self, info, T_base_camera, imu):
         """Starts a map, or in one."""
-        if self.settings["stereo"]:
-            camera = images.stereo_camera_of(info, self.settings["static_mask"])
-        else:
-            camera = images.camera_of(info, self.settings["sensor"], self.settings["rectified"],
-                                      self.settings["static_mask"])
+        camera = self._camera_of(info)
         camera.imu = imu
         if self.settings["wheels"]:
             camera.T_camera_base = np.linalg.inv(T_base_camera)
@@ -508,7 +513,7 @@ class StillmapNode(Node):
         file = Path(request.map_url.removeprefix("file://"))
 
         def load():
-            if not file.exists():
+            if not file.is_file() and not (file / "run.map").is_file():
                 raise FileNotFoundError(f"there is no map {file}")
             if self.mapper is None:
                 self.load = file
