@@ -27,7 +27,7 @@ def command_in(file):
     """The bytes of the command in a package or wheel; None if it has none."""
     if file.endswith(".whl"):
         with zipfile.ZipFile(file) as wheel:
-            return next(wheel.read(name) for name in wheel.namelist() if name.endswith("scripts/stillmap"))
+            return next(wheel.read(name) for name in wheel.namelist() if name.endswith("stillmap.scripts/stillmap"))
     if not Path(file).name.startswith("stillmap_"):
         return None
     tar = subprocess.run(["dpkg-deb", "--fsys-tarfile", file], check=True, stdout=subprocess.PIPE).stdout
