@@ -218,6 +218,56 @@ def test_a_camera_that_is_calibrated_later_is_used_then(processes, robot, record
     assert robot.spin_until(lambda: robot.count("pose") > 3, 20), node.log.read_text()
 
 
+@pytest.mark.parametrize("wrong", [
+    {"map_fiel": "a.map"}, {"zones": "/nowhere"}, {"static_mask": "/nowhere"}, {"base_to_camera": "[0.0,1.0]"}, {"sensor": "foo"},
+    {"schedule": "foo"}, {"map_file": "/nowhere/a.map"}, {"map_file": "/tmp"}, {"results": "/dev/null/results"}, {"preset": "foo"},
+    {"options": "[a=b]"}, {"pairing": "soon"}, {"publish_odom": 1}, {"grid_cell": 0.0}, {"odom_frame": "map"}])
+def test_a_wrong_parameter_ends_the_node_with_the_reason(processes, wrong):
+    node = processes.node(**wrong)
+    assert node.wait(20) == 1
+    log = node.log.read_text()
+    assert log.startswith("stillmap: ") and "Traceback" not in log
+    name, value = next(iter(wrong.items()))
+    assert name in log or value.strip("[]") in log
+
+
+def test_a_map_file_that_cannot_be_read_is_kept(processes, robot, recording, tmp_path):
+    map_file = tmp_path / "office.map"
+    map_file.write_text("precious")
+    stop(play(processes, robot, recording, map_file=map_file))
+    assert (tmp_path / "office.map.old").read_text() == "precious"
+    assert map_file.stat().st_size > 10000
+
+
+def test_a_journal_that_cannot_be_read_does_not_cost_the_saved_map(processes, robot, recording, tmp_path):
+    map_file = tmp_path / "office.map"
+    stop(play(processes, robot, recording, map_file=map_file))
+    (tmp_path / "office.map.journal").write_text("damaged")
+    robot.forget()
+    node = processes.node(map_file=map_file, localize=True, schedule="lockstep")
+    processes.camera(recording, "--rate", 0)
+    assert robot.spin_until(lambda: tracked(robot) > FRAMES // 2, 60), node.log.read_text()
+    log = node.log.read_text()
+    assert "office.map.journal cannot be used" in log and f"starts in the map {map_file}" in log
+    assert (tmp_path / "office.map.journal.old").read_text() == "damaged"
+
+
+def test_the_map_before_a_reset_is_kept(processes, robot, recording, tmp_path):
+    map_file = tmp_path / "office.map"
+    node = play(processes, robot, recording, map_file=map_file)
+    assert robot.call(Trigger, "save_map").success
+    saved = map_file.read_bytes()
+    answer = robot.call(Trigger, "reset")
+    assert answer.success and answer.message.endswith(f"kept as {map_file}.old")
+    robot.forget()
+    processes.camera(recording, "--rate", 0, "--count", 20)
+    assert robot.spin_until(lambda: robot.count("pose") == 20, 40), node.log.read_text()
+    stop(node)
+    assert (tmp_path / "office.map.old").read_bytes() == saved
+    assert map_file.exists() and map_file.read_bytes() != saved
+    assert "saved the map" in node.log.read_text()
+
+
 def test_images_of_another_size_are_refused_with_both_sizes(processes, robot, recording):
     node = processes.node()
     processes.camera(recording, "--now", "--half")
@@ -321,6 +371,7 @@ def test_services(processes, robot, recording, tmp_path):
     assert robot.call(SetBool, "pause", data=False).success
     assert robot.spin_until(lambda: robot.count("pose") > 3, 20)
     assert robot.call(LoadMap, "load_map", map_url="/nowhere.map").result == LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
+    assert robot.call(LoadMap, "load_map", map_url=__file__).result == LoadMap.Response.RESULT_INVALID_MAP_DATA
     robot.forget()
     assert robot.call(LoadMap, "load_map", map_url=f"file://{map_file}").result == LoadMap.Response.RESULT_SUCCESS
     assert robot.spin_until(lambda: robot.count("pose") > 10, 30), node.log.read_text()

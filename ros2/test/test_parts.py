@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parts of the node that need no other process: images, pairs, transforms, odometry, the grid."""
+import array
 import struct
 from types import SimpleNamespace
 
@@ -12,6 +13,7 @@ from sensor_msgs.msg import Image
 from stillmap_ros import images, mapper, messages, transforms
 from stillmap_ros.changes import Changes
 from stillmap_ros.grid import FREE, OCCUPIED, UNKNOWN, grid_of_cloud
+from stillmap_ros.node import ParameterError, value_of
 from stillmap_ros.pairing import Pairing, Queue
 from stillmap_ros.serialized import image_of
 
@@ -35,26 +37,28 @@ def test_images_of_all_encodings():
     alpha = np.full((*gray.shape, 1), 255, np.uint8)
     colors = {"rgb8": RGB, "rgba8": np.dstack([RGB, alpha]), "bgr8": bgr, "bgra8": np.dstack([bgr, alpha]), "8UC3": bgr}
     for encoding, pixels in colors.items():
-        np.testing.assert_array_equal(images.raw_pixels(image(encoding, pixels)), RGB)
+        np.testing.assert_array_equal(images.raw_pixels(image(encoding, pixels), images.COLOR), RGB)
     for encoding in ("mono8", "8UC1"):
-        np.testing.assert_array_equal(images.raw_pixels(image(encoding, gray)), gray)
+        np.testing.assert_array_equal(images.raw_pixels(image(encoding, gray), images.COLOR), gray)
     depth = {"16UC1": DEPTH, "mono16": DEPTH, "32FC1": DEPTH.astype(np.float32) / 1000}
     for encoding, pixels in depth.items():
         for big_endian in (False, True):
-            found = images.raw_pixels(image(encoding, pixels, big_endian))
+            found = images.raw_pixels(image(encoding, pixels, big_endian), images.DEPTH)
             np.testing.assert_array_equal(found, pixels)
             assert found.dtype == pixels.dtype and found.dtype.isnative
-    with pytest.raises(images.ImageError, match="'bayer_rggb8' are not read\n  fix: give a topic with one of rgb8"):
-        images.raw_pixels(image("bayer_rggb8", gray))
+    with pytest.raises(images.ImageError, match="'bayer_rggb8' are not read here\n  fix: give a topic with one of rgb8"):
+        images.raw_pixels(image("bayer_rggb8", gray), images.COLOR)
+    with pytest.raises(images.ImageError, match="'8UC1' are not read here\n  fix: give a topic with one of mono16, 16UC1, 32FC1"):
+        images.raw_pixels(image("8UC1", gray), images.DEPTH)
     short = image("mono8", gray)
     short.data = short.data[:20]
     with pytest.raises(images.ImageError, match="8 x 6 pixels has 20 bytes"):
-        images.raw_pixels(short)
+        images.raw_pixels(short, images.COLOR)
 
 
 def test_raw_pixels_are_not_copied():
     message = image("rgb8", RGB)
-    assert np.shares_memory(images.raw_pixels(message), np.frombuffer(message.data, np.uint8))
+    assert np.shares_memory(images.raw_pixels(message, images.COLOR), np.frombuffer(message.data, np.uint8))
 
 
 @pytest.mark.parametrize("frame", ["", "a", "camera", "camera_optical"])
@@ -66,9 +70,17 @@ def test_fields_of_a_serialized_image(frame):
     for name in ("height", "width", "encoding", "is_bigendian", "step"):
         assert getattr(read, name) == getattr(sent, name), name
     assert (read.header.frame_id, images.nanoseconds(read.header.stamp)) == (frame, -2 * 10**9 - 1)
-    pixels = images.raw_pixels(read)
+    pixels = images.raw_pixels(read, images.DEPTH)
     np.testing.assert_array_equal(pixels, DEPTH)
     assert np.shares_memory(pixels, np.frombuffer(serialized, np.uint8)) and pixels.flags.aligned
+
+
+def test_values_of_parameters():
+    assert value_of("a", 1, 0.5) == 1.0 and isinstance(value_of("a", 1, 0.5), float)
+    assert value_of("a", array.array("q", [1, 2]), [0.0]) == [1.0, 2.0] and value_of("a", [], [""]) == []
+    for value, default in ((1, True), (True, 0.5), (5, ""), ("soon", 0.5), (0.5, [0.5]), ([0.5], 0.5), (["a"], [0.5])):
+        with pytest.raises(ParameterError, match="^a: is .*\n  fix: give "):
+            value_of("a", value, default)
 
 
 def test_compressed_images():
@@ -234,3 +246,13 @@ def test_changes_of_a_cloud():
     added, removed = changes.update(first + 1, np.array([7, 8], np.uint64))
     assert added.tolist() == [False, True]
     np.testing.assert_array_equal(removed, first[1:])
+
+
+@pytest.mark.parametrize("text", ["zones: [{name: room", "- 1", "zones: [{name: room, polygon: 5}]", "zone: 1"])
+def test_rules_that_cannot_be_used_are_named(tmp_path, text):
+    file = tmp_path / "zones.yaml"
+    file.write_text(text)
+    camera = stillmap.Camera(640, 480, 500, 500, 320, 240, depth_factor=1000)
+    made = mapper.Mapper(camera, stillmap.Options(), np.eye(4), mapper.Odometry())
+    with pytest.raises(ValueError, match=f"(?s)^{file}.*fix: "):
+        made.watch(file)

@@ -73,7 +73,8 @@ std::vector<std::size_t> confirmed(const Map& map, const std::vector<PlaceCompar
   return chosen;
 }
 
-/// Merges the landmarks of two keyframes that were made of the same frame, keypoint by keypoint.
+/// Merges the landmarks of two keyframes that were made of the same frame, keypoint by keypoint,
+/// into those of the second.
 void merge_landmarks_of_equal_keypoints(Map& map, KeyframeId newer, KeyframeId older) {
   for (std::uint32_t i = 0; i < map.at(newer).landmarks.size(); ++i) {
     const LandmarkId of_newer = map.at(newer).landmarks[i], of_older = map.at(older).landmarks[i];
@@ -128,17 +129,20 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   return snapshot_around(newest_);
 }
 
-AddedMap MapMaker::add(MapContent content) {
+AddedMap MapMaker::add(MapContent content, KeyframeId here) {
   const auto components = static_cast<std::uint32_t>(content.first.size());
-  AddedMap added{map_.add(std::move(content), MapAge::kOlder), {}};
+  AddedMap added{map_.add(std::move(content), MapAge::kOlder), {}, nullptr, {}};
   for (const KeyframeId id : added.keyframes) places_.add(map_, id);
   pager_.use(map_, added.keyframes);
   merge_remaining();
-  const KeyframeId newest = map_.current_keyframe(newest_);
-  if (!newest.valid())
+  added.repeated = erase_repeated_keyframes(added.keyframes);
+  here = map_.current_keyframe(here);
+  if (!here.valid())
     added.not_found = "no keyframe has been made yet";
-  else if (map_.at(newest).component >= components)
-    added.not_found = places_.why_unknown(map_, newest);
+  else if (map_.at(here).component >= components)
+    added.not_found = places_.why_unknown(map_, here);
+  else
+    added.local_map = snapshot_around(here);
   return added;
 }
 
@@ -262,10 +266,11 @@ std::vector<PlaceComparison> MapMaker::merge_all() {
   return comparisons;
 }
 
-std::vector<KeyframeId> MapMaker::erase_repeated_keyframes() {
+std::vector<RepeatedKeyframe> MapMaker::erase_repeated_keyframes(
+    const std::vector<KeyframeId>& kept) {
   std::map<double, std::vector<KeyframeId>> by_time;
-  std::vector<std::pair<KeyframeId, KeyframeId>> repeats;  // the newer one first
-  map_.for_each_keyframe([&](const Keyframe& k) {
+  std::vector<RepeatedKeyframe> repeated;
+  const auto add = [&](const Keyframe& k) {
     std::vector<KeyframeId>& others = by_time[k.timestamp];
     const auto same = std::find_if(others.begin(), others.end(), [&](KeyframeId id) {
       return map_.at(id).component == k.component &&
@@ -273,16 +278,16 @@ std::vector<KeyframeId> MapMaker::erase_repeated_keyframes() {
     });
     if (same == others.end())
       others.push_back(k.id);
-    else
-      repeats.emplace_back(k.id, *same);
-  });
-  std::vector<KeyframeId> erased;
-  for (const auto& [newer, older] : repeats) {
-    merge_landmarks_of_equal_keypoints(map_, newer, older);
-    map_.erase(newer, older);
-    erased.push_back(newer);
+    else if (*same != k.id)
+      repeated.push_back({k.id, *same});
+  };
+  for (const KeyframeId id : kept) add(map_.at(id));
+  map_.for_each_keyframe(add);
+  for (const auto& [erased, by] : repeated) {
+    merge_landmarks_of_equal_keypoints(map_, erased, by);
+    map_.erase(erased, by);
   }
-  return erased;
+  return repeated;
 }
 
 std::size_t MapMaker::erase_redundant_keyframes() {

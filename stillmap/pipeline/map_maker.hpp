@@ -19,12 +19,18 @@ namespace stillmap {
 /// T_world_camera of the keyframes of a component, by id, including erased ones.
 using KeyframePoses = std::map<KeyframeId, Pose>;
 
+/// A keyframe that was erased because another one was made of the same frame.
+struct RepeatedKeyframe {
+  KeyframeId erased, kept;
+};
+
 /// A saved map that was added to the map of a run.
 struct AddedMap {
   std::vector<KeyframeId> keyframes;  ///< Ids of its keyframes by their slots in the saved map.
-  /// Why the place of the keyframe inserted last is not recognized in it; empty if the keyframe's
-  /// component was merged into it.
-  std::string not_found;
+  std::vector<RepeatedKeyframe> repeated;  ///< Keyframes that were in the map of the run already.
+  /// The local map snapshot of the camera, if its component was merged into the added map.
+  LocalMapPtr local_map;
+  std::string not_found;  ///< Why it was not; empty if it was.
 };
 
 /// Owner of the map, which orders all changes; synchronous, for one thread.
@@ -38,7 +44,8 @@ class MapMaker {
 
   /// Adds a saved map, whose components count as older than those here, and merges these into it if
   /// any keyframe shows a place of it.
-  AddedMap add(MapContent content);
+  /// @param here  the reference keyframe of the camera; invalid before the first
+  AddedMap add(MapContent content, KeyframeId here);
 
   /// Refines the map around the last inserted keyframe; if its place is recognized, closes the loop
   /// or merges the components. Returns the new local map snapshot.
@@ -72,9 +79,9 @@ class MapMaker {
   /// Connects the components of several saved maps: see merge_maps(). Where places of components
   /// that are already connected are recognized, loops are closed. Returns all comparisons.
   std::vector<PlaceComparison> merge_all();
-  /// Erases the keyframes of connected maps that have the time and the features of an older one,
-  /// which replaces them. Returns them.
-  std::vector<KeyframeId> erase_repeated_keyframes();
+  /// Erases the keyframes of connected maps that have the time and the features of another one,
+  /// which replaces them: one of `kept`, or else the first in the map.
+  std::vector<RepeatedKeyframe> erase_repeated_keyframes(const std::vector<KeyframeId>& kept = {});
   /// Erases redundant keyframes: see cull_keyframes(). Returns their number.
   std::size_t erase_redundant_keyframes();
 

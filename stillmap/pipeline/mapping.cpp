@@ -36,8 +36,7 @@ Mapping::Mapping(Map map, const SlamParameters& options, bool extend)
       [this](const BundlePtr& bundle, const auto& publish) { adjust(bundle, publish); },
       "whole map", adjuster_priority);
   stage_ = std::make_unique<MapStage>(
-      kQueue, WhenFull::kBlock,
-      [this](const MapTask& task, const auto& publish) { work(task, publish); }, "map",
+      kQueue, WhenFull::kBlock, [](const auto& task, const auto& publish) { task(publish); }, "map",
       ThreadPriority::kMap);
 }
 
@@ -47,24 +46,31 @@ void Mapping::set_extend(bool extend) {
 }
 
 AddedMap Mapping::add(MapContent content, std::size_t frame_index) {
-  stage_->drain();
   AddedMap added;
-  change([&] {
-    added = maker_.add(std::move(content));
+  stage_->push([&](const MapStage::Publish& publish) {
+    added = maker_.add(std::move(content), newest_ ? newest_->reference : KeyframeId());
+    if (added.local_map) publish({.local_map = added.local_map, .moved = maker_.take_moved()});
     begin_adjustment(frame_index);
   });
+  stage_->drain();
+  if (added.local_map) expect(frame_index);
   return added;
 }
 
-void Mapping::work(const MapTask& task, const MapStage::Publish& publish) {
-  const TrackedFrame& tracked = *task.tracked;
+void Mapping::push_work(const TrackedFramePtr& tracked) {
+  stage_->push([this, tracked, extend = extend_](const MapStage::Publish& publish) {
+    work(*tracked, extend, publish);
+  });
+}
+
+void Mapping::work(const TrackedFrame& tracked, bool extend, const MapStage::Publish& publish) {
   trace_frame(tracked.frame->index());
   if (!tracked.proposal) {
     publish(relocalization_update(tracked.frame));
     return;
   }
   apply_due_adjustment(tracked.frame->index());
-  if (!task.extend) {
+  if (!extend) {
     MapUpdate around{maker_.snapshot_for(*tracked.proposal)};
     publish(around);
     around.moved = maker_.take_moved();
@@ -126,7 +132,7 @@ void Mapping::apply_due_adjustment(std::size_t frame_index) {
 void Mapping::push(const TrackedFramePtr& tracked) {
   const std::size_t now = tracked->frame->index();
   if (tracked->proposal) {
-    stage_->push({tracked, extend_});
+    push_work(tracked);
     const std::size_t inserted = now + static_cast<std::size_t>(schedule_.insert_delay);
     // The snapshot of a new map does not wait for pending updates of the previous one.
     if (tracked->starts_part())
@@ -140,7 +146,7 @@ void Mapping::push(const TrackedFramePtr& tracked) {
   } else if ((tracked->state == TrackState::kLost || tracked->state == TrackState::kPredicted ||
               tracked->tracked_by_odometry) &&
              !relocalizing_) {
-    stage_->push({tracked, extend_});
+    push_work(tracked);
     expect(now + static_cast<std::size_t>(schedule_.relocalize_delay));
     relocalizing_ = true;
   }

@@ -43,7 +43,8 @@ class Mapping {
   /// Sets whether the frames pushed from now on extend the map.
   void set_extend(bool extend);
 
-  /// Adds a saved map after all frames so far: see MapMaker::add(). Waits for the map's thread.
+  /// Adds a saved map after all frames so far: see MapMaker::add(). Waits for the map's thread. If
+  /// the present map is merged into it, the next views are of the merged one.
   /// @param frame_index  of the newest frame
   AddedMap add(MapContent content, std::size_t frame_index);
 
@@ -94,14 +95,11 @@ class Mapping {
     BundleResult result;
   };
   using BundlePtr = std::shared_ptr<const MapBundle>;
-  struct MapTask {
-    TrackedFramePtr tracked;
-    bool extend = true;  // whether the frame extends the map
-  };
-  using MapStage = Stage<MapTask, MapUpdate>;
+  using MapStage = Stage<std::function<void(const std::function<void(MapUpdate)>&)>, MapUpdate>;
   using AdjustStage = Stage<BundlePtr, Adjusted>;
 
-  void work(const MapTask& task, const MapStage::Publish& publish);
+  void push_work(const TrackedFramePtr& tracked);
+  void work(const TrackedFrame& tracked, bool extend, const MapStage::Publish& publish);
   MapUpdate relocalization_update(const FramePtr& lost);
   void adjust(const BundlePtr& bundle, const AdjustStage::Publish& publish);
   void begin_adjustment(std::size_t frame_index);

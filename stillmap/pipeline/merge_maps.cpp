@@ -137,11 +137,12 @@ void set_connected(const Map& map, const Collection& maps, std::vector<MapPair>&
 /// Returns the views, attached to keyframes numbered as in Map::content(). Views of the erased
 /// `repeated` keyframes are left out.
 std::vector<AnchoredView> remaining(std::vector<AnchoredView> views, const Map& map,
-                                    const std::vector<KeyframeId>& repeated) {
+                                    const std::vector<RepeatedKeyframe>& repeated) {
   const auto position = positions_in_content(map);
   std::vector<AnchoredView> left;
   for (AnchoredView& view : views) {
-    if (std::find(repeated.begin(), repeated.end(), view.anchor) != repeated.end()) continue;
+    if (std::ranges::find(repeated, view.anchor, &RepeatedKeyframe::erased) != repeated.end())
+      continue;
     const RelativePlace place = current_place(map, {view.anchor, view.T_anchor_camera}).value();
     view.anchor = {position.at(place.keyframe), 0};
     view.T_anchor_camera = place.T_keyframe_camera;
@@ -178,7 +179,7 @@ MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
   merged.pairs = all_pairs(merged.names.size());
   describe(maker.merge_all(), collection, merged.pairs);
   set_connected(maker.map(), collection, merged.pairs);
-  const std::vector<KeyframeId> repeated = maker.erase_repeated_keyframes();
+  const std::vector<RepeatedKeyframe> repeated = maker.erase_repeated_keyframes();
   merged.repeated = repeated.size();
   merged.redundant = maker.erase_redundant_keyframes();
   maker.adjust_all();

@@ -542,6 +542,24 @@ TEST(SlamApi, AMapIsLoadedWhileTheSystemRuns) {
   std::filesystem::remove(file);
 }
 
+TEST(SlamApi, TheMapOfALoadedMapIsUsedAtOnceAndItsKeyframesAreNotRepeated) {
+  const Recording& rec = recording(0, "xyz");
+  const std::filesystem::path file = test::own_path("api.map");
+  Slam slam = slam_for(rec);
+  for (std::size_t i = 0; i < 60; ++i) slam.push(rec.frames[i]);
+  slam.save_map(file);
+  const std::size_t keyframes = slam.snapshot()->keyframes.size();
+  const std::size_t points = slam.snapshot()->cloud->points.size();
+  EXPECT_EQ(slam.load_map(file), "");
+  EXPECT_EQ(slam.load_map(file), "");
+  EXPECT_EQ(slam.snapshot()->keyframes.size(), keyframes);
+  EXPECT_NEAR(slam.snapshot()->cloud->points.size(), points, 0.02 * points);
+  std::size_t until_found = 60;
+  while (until_found < 90 && !slam.push(rec.frames[until_found]).in_saved_map) ++until_found;
+  EXPECT_LE(until_found, 64U) << "as soon as the updates before it are taken";
+  std::filesystem::remove(file);
+}
+
 TEST(SlamApi, WarningsBeginAndStayWithTheMovers) {
   const Recording& rec = recording(2, "xyz");
   const std::filesystem::path file = test::own_path("rules.yaml");

@@ -97,6 +97,10 @@ std::string SlamSystem::load(SavedMap saved) {
   MapContent map = map_for(std::move(saved.map), camera_, options_.orb.pyramid(), "the loaded map");
   AddedMap added = mapping_.add(std::move(map), newest_ ? newest_->frame->index() : 0);
   for (AnchoredView& view : saved.views) view.anchor = added.keyframes.at(view.anchor.slot);
+  std::erase_if(saved.views, [&](const AnchoredView& view) {  // of frames that have a view here
+    return std::ranges::find(added.repeated, view.anchor, &RepeatedKeyframe::kept) !=
+           added.repeated.end();
+  });
   dense_.add(std::move(saved.views));
   return std::move(added.not_found);
 }

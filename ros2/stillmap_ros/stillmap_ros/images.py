@@ -9,10 +9,10 @@ import stillmap
 from stillmap.lens import brown_coefficients
 
 SAME, REVERSED, FIRST = slice(0, 3), slice(2, None, -1), 0  # channels of a pixel that are used
-ENCODINGS = {"rgb8": (np.uint8, 3, SAME), "rgba8": (np.uint8, 4, SAME), "bgr8": (np.uint8, 3, REVERSED),
-             "bgra8": (np.uint8, 4, REVERSED), "8UC3": (np.uint8, 3, REVERSED), "mono8": (np.uint8, 1, FIRST),
-             "8UC1": (np.uint8, 1, FIRST), "mono16": (np.uint16, 1, FIRST), "16UC1": (np.uint16, 1, FIRST),
-             "32FC1": (np.float32, 1, FIRST)}
+COLOR = {"rgb8": (np.uint8, 3, SAME), "rgba8": (np.uint8, 4, SAME), "bgr8": (np.uint8, 3, REVERSED),
+         "bgra8": (np.uint8, 4, REVERSED), "8UC3": (np.uint8, 3, REVERSED), "mono8": (np.uint8, 1, FIRST),
+         "8UC1": (np.uint8, 1, FIRST)}
+DEPTH = {"mono16": (np.uint16, 1, FIRST), "16UC1": (np.uint16, 1, FIRST), "32FC1": (np.float32, 1, FIRST)}
 # compressedDepth: format (0: PNG or RVL) as int32, and two floats of the quantization of 32FC1.
 DEPTH_HEADER = struct.Struct("<iff")
 
@@ -29,11 +29,12 @@ def seconds(stamp):
     return nanoseconds(stamp) / 10**9
 
 
-def raw_pixels(message):
-    if message.encoding not in ENCODINGS:
-        raise ImageError(f"images of the encoding '{message.encoding}' are not read\n"
-                         f"  fix: give a topic with one of {', '.join(ENCODINGS)}, such as those of image_proc")
-    kind, channels, used = ENCODINGS[message.encoding]
+def raw_pixels(message, encodings):
+    """Returns the pixels of an Image in one of the encodings COLOR or DEPTH."""
+    if message.encoding not in encodings:
+        raise ImageError(f"images of the encoding '{message.encoding}' are not read here\n"
+                         f"  fix: give a topic with one of {', '.join(encodings)}, such as those of image_proc")
+    kind, channels, used = encodings[message.encoding]
     stored = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
     strides = (message.step, channels * stored.itemsize, stored.itemsize)
     if len(message.data) < message.height * message.step or message.step < message.width * strides[1]:

@@ -123,15 +123,23 @@ class Mapper:
     def watch(self, file):
         """Warns of the zones and distances of a file, whose zones are in the frame of the map."""
         self.rules = file
-        rules = yaml.safe_load(Path(file).read_text())
-        R, t = self.T_map_world[:3, :3].T, self.T_map_world[:3, 3]
-        rules["up"] = (R @ rules.get("up", [0, 0, 1])).tolist()
-        for zone in rules.get("zones", []):
-            zone["polygon"] = [(R @ (np.array(corner) - t)).tolist() for corner in zone["polygon"]]
+        try:
+            rules = self._rules_in_world(yaml.safe_load(Path(file).read_text()))
+        except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"{file}: {error}\n  fix: correct it; docs/view.md lists the keys with an example") from error
         with tempfile.NamedTemporaryFile("w", suffix=".yaml") as in_world:
             in_world.write(yaml.safe_dump(rules))
             in_world.flush()
-            self.slam.watch(in_world.name)
+            try:
+                self.slam.watch(in_world.name)
+            except stillmap.Error as error:
+                raise ValueError(str(error).replace(in_world.name, str(file))) from error
+
+    def _rules_in_world(self, rules):
+        R, t = self.T_map_world[:3, :3].T, self.T_map_world[:3, 3]
+        zones = [zone | {"polygon": [(R @ (np.array(corner) - t)).tolist() for corner in zone["polygon"]]}
+                 for zone in rules.get("zones", [])]
+        return rules | {"up": (R @ rules.get("up", [0, 0, 1])).tolist(), "zones": zones}
 
     def keep_journal(self, map_file):
         """Keeps a journal next to the file of the map while the node runs; that of a killed node is renamed."""
@@ -182,7 +190,8 @@ class Mapper:
         if self.newest is None or stamp > self.newest:
             return stamp
         if stamp > self.newest - SET_BACK:
-            raise StampError("an image is not newer than the one before")
+            raise StampError("the stamps of the images are zero\n  fix: let the camera's driver set header.stamp" if time == 0
+                             else "an image is not newer than the one before")
         self.shift += self.newest + INTERVAL - stamp
         return self.newest + INTERVAL
 

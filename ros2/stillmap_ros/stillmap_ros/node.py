@@ -3,8 +3,10 @@
 
 One thread receives images, one tracks, one publishes the map, and the main thread does the rest, so that no image waits
 behind tracking."""
+import array
 import collections
 import concurrent.futures
+import os
 import signal
 import sys
 import threading
@@ -17,6 +19,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path as PathMessage
 from nav_msgs.srv import GetMap, LoadMap
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -33,7 +36,7 @@ import stillmap
 from stillmap_ros import images, messages
 from stillmap_ros.changes import Changes
 from stillmap_ros.grid import grid_of_cloud
-from stillmap_ros.mapper import Mapper, Odometry as VisualOdometry, journal_of
+from stillmap_ros.mapper import Mapper, Odometry as VisualOdometry, frame_file_of, journal_of
 from stillmap_ros.pairing import Pairing, Queue
 from stillmap_ros.serialized import image_of
 from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_pose, matrix_of_rpy
@@ -61,7 +64,35 @@ PARAMETERS = {
     "grid_cell": 0.05, "grid_lowest": 0.1, "grid_highest": 1.8, "robot_radius": 0.2,  # [m]
 }
 SILENCE = 1.0  # time without an image after which that is a problem [s]
-STALE = 5.0  # time for which a problem is shown [s]
+SHOWN = 2.0  # time for which a problem is shown [s]
+REPEATED = 5.0  # time between two lines of the log about the same problem, and without images after which that is an error [s]
+
+
+class ParameterError(ValueError):
+    """A parameter with which the node cannot work."""
+
+
+def value_of(name, value, default):
+    """Returns the value of a parameter in the type of its default; an integer is a number, too."""
+    listed, sequence = isinstance(default, list), isinstance(value, (list, tuple, array.array))
+    kind = type(default[0] if listed else default)
+    values = list(value) if sequence else [value]
+    if sequence != listed or any(type(v) not in ((float, int) if kind is float else (kind,)) for v in values):
+        words = {bool: "true or false", float: "a number", str: "a text"}[kind]
+        raise ParameterError(f"{name}: is {value!r}\n  fix: give {f'a list, each {words}' if listed else words}")
+    values = [kind(v) for v in values]
+    return values if listed else values[0]
+
+
+def keep_old(map_file):
+    """Renames the files of a map, so that no other replaces it. Returns what was done; nothing if there is none."""
+    old = f"{map_file}.old"
+    if not map_file or not Path(map_file).exists():
+        return ""
+    for file, name in ((Path(map_file), old), (frame_file_of(map_file), frame_file_of(old))):
+        if file.exists():
+            os.replace(file, name)
+    return f"; the map in {map_file} is kept as {old}"
 
 
 def latched(depth=1):
@@ -164,8 +195,9 @@ class StillmapNode(Node):
     def __init__(self):
         super().__init__("stillmap")
         for name, value in PARAMETERS.items():
-            self.declare_parameter(name, value)
-        self.settings = {name: self.get_parameter(name).value for name in PARAMETERS}
+            self.declare_parameter(name, value, ParameterDescriptor(dynamic_typing=True))
+        self.settings = {name: value_of(name, self.get_parameter(name).value, value) for name, value in PARAMETERS.items()}
+        self._check_settings()
         self.lossless = self.settings["schedule"] == "lockstep"
         self.options = self._options()
         self.mapper = None  # of the tracking thread; others keep a reference of their own
@@ -173,9 +205,9 @@ class StillmapNode(Node):
         self.visual_odometry = VisualOdometry()  # continues without a jump in the next map
         self.T_map_odom = np.eye(4)
         self.paused = False
-        self.map_file = self.settings["map_file"]
+        self.map_file = self.settings["map_file"]  # empty: none
         self.extend = not self.settings["localize"]
-        self.load = self._map_to_start_from()
+        self.starts = self._maps_to_start_from()  # the first that can be used is
         self.counts = collections.Counter()
         self.delays = collections.deque(maxlen=100)  # from the stamp to the published pose [s]
         self.problems = {}  # text: monotonic time of its newest occurrence
@@ -194,6 +226,39 @@ class StillmapNode(Node):
 
     # Setup
 
+    def _check_settings(self):
+        """Raises ParameterError for what would keep the node from its work later."""
+        given, settings = set(self._parameter_overrides), self.settings
+        for name in given.difference(PARAMETERS, {"use_sim_time", "start_type_description_service"}):
+            if not name.startswith("qos_overrides"):
+                raise ParameterError(f"there is no parameter {name}\n  fix: use one of {', '.join(PARAMETERS)}")
+        for name in ("static_mask", "zones"):
+            if settings[name] and not Path(settings[name]).is_file():
+                raise ParameterError(f"{name}: there is no file {settings[name]}")
+        if len(settings["base_to_camera"]) not in (1, 6):
+            raise ParameterError("base_to_camera: six numbers are expected\n  fix: give x y z roll pitch yaw [m, rad]")
+        if settings["schedule"] not in ("realtime", "lockstep"):
+            raise ParameterError(f"schedule: is '{settings['schedule']}'\n  fix: use realtime or lockstep")
+        file, results = (Path(settings[name]).absolute() for name in ("map_file", "results"))
+        if settings["map_file"] and not file.parent.is_dir():
+            raise ParameterError(f"map_file: the folder of {file} is not there\n  fix: make it")
+        if settings["map_file"] and (file.is_dir() or not os.access(file.parent, os.W_OK)):
+            raise ParameterError(f"map_file: {file} is a folder, or in one that cannot be written\n  fix: name a file")
+        there = next(path for path in (results, *results.parents) if path.exists())
+        if settings["results"] and not (there.is_dir() and os.access(there, os.W_OK)):
+            raise ParameterError(f"results: {there} cannot be written\n  fix: name another folder")
+        if settings["map_frame"] == settings["odom_frame"]:
+            raise ParameterError("odom_frame: is that of the map, too\n  fix: give each a name of its own")
+        for name in ("grid_cell", "pairing"):
+            if not settings[name] > 0:
+                raise ParameterError(f"{name}: is {settings[name]}\n  fix: give a positive number")
+        if not settings["grid_lowest"] < settings["grid_highest"]:
+            raise ParameterError("grid_lowest: is not below grid_highest")
+        try:
+            stillmap.Camera(640, 480, 500, 500, 320, 240, depth_factor=1000, sensor=settings["sensor"])
+        except stillmap.Error as error:
+            raise ParameterError(f"sensor: {error}") from error
+
     def _options(self):
         options = {"schedule.mode": self.settings["schedule"]}
         for text in filter(None, self.settings["options"]):
@@ -201,15 +266,10 @@ class StillmapNode(Node):
             options[name] = value
         return stillmap.Options(options, preset=self.settings["preset"])
 
-    def _map_to_start_from(self):
-        """Returns the map of a node that was killed, else the saved one, else None."""
-        if not self.map_file:
-            return None
-        for file in (journal_of(self.map_file), Path(self.map_file)):
-            if file.exists():
-                self.get_logger().info(f"starts in the map {file}")
-                return file
-        return None
+    def _maps_to_start_from(self):
+        """Returns the map of a node that was killed and the saved one, as far as they exist."""
+        files = (journal_of(self.map_file), Path(self.map_file)) if self.map_file else ()
+        return [file for file in files if file.exists()]
 
     def _topics(self):
         compressed = {name: self.settings[f"{name}_transport"] == "compressed" for name in ("color", "depth")}
@@ -310,8 +370,8 @@ class StillmapNode(Node):
             "  fix: publish it on /tf_static, or set the parameter base_to_camera")
         if info is None or T_base_camera is None:
             return None
-        rgb, depth = self._pixels(complete[0], 0), self._pixels(complete[1], 1)
-        mask = images.raw_pixels(complete[2]) if len(complete) > 2 else None
+        rgb, depth, *masks = (self._pixels(message, index) for index, message in enumerate(complete))
+        mask = masks[0] if masks else None
         if self.mapper is None:
             imu = self._imu(frame, stamp)
             if imu is None and self.settings["imu"]:
@@ -359,11 +419,14 @@ class StillmapNode(Node):
         return found
 
     def _pixels(self, message, index):
-        if not isinstance(message, CompressedImage):
-            return images.raw_pixels(message)
-        if index == 0 or self.settings["stereo"]:
-            return images.compressed_color(message)
-        return images.compressed_depth(message)
+        try:
+            if not isinstance(message, CompressedImage):
+                return images.raw_pixels(message, images.DEPTH if index == 1 and not self.settings["stereo"] else images.COLOR)
+            if index == 0 or self.settings["stereo"]:
+                return images.compressed_color(message)
+            return images.compressed_depth(message)
+        except images.ImageError as error:
+            raise images.ImageError(f"{self.images.topics[index][0]}: {error}") from error
 
     def _require_size(self, rgb, depth):
         camera = self.mapper.camera
@@ -394,14 +457,18 @@ class StillmapNode(Node):
         camera.imu = imu
         if self.settings["wheels"]:
             camera.T_camera_base = np.linalg.inv(T_base_camera)
-        load, self.load = self.load, None
-        try:
-            self._use_map(camera, T_base_camera, load)
-        except stillmap.Error as error:
-            if load is None:
-                raise
-            self._tell(f"the map {load} cannot be used, a new one is started: {error}")
-            self._use_map(camera, T_base_camera, None)
+        while self.starts:
+            load = self.starts.pop(0)
+            try:
+                self._use_map(camera, T_base_camera, load)
+            except stillmap.Error as error:
+                own = self.map_file and load in (journal_of(self.map_file), Path(self.map_file))
+                self._tell(f"{load} cannot be used: {error}{keep_old(load) if own else ''}")
+                continue
+            self.get_logger().info(f"starts in the map {load}")
+            self.starts = []
+            return
+        self._use_map(camera, T_base_camera, None)
 
     def _use_map(self, camera, T_base_camera, load):
         mapper = Mapper(camera, self.options, T_base_camera, self.visual_odometry, stereo=self.settings["stereo"],
@@ -433,7 +500,8 @@ class StillmapNode(Node):
         self.tf.publish(TFMessage(transforms=transforms))
         if located.T_map_base is not None:
             self.pose.publish(messages.pose_message(located.T_map_base, located.covariance, located.time, map_frame))
-            self.delays.append((self.get_clock().now().nanoseconds - located.time) / 1e9)
+            if (now := self.get_clock().now().nanoseconds):  # a simulated clock may not have begun
+                self.delays.append((now - located.time) / 1e9)
         if located.T_odom_base is not None and self.settings["publish_odom"]:
             self.odometry.publish(messages.odometry_of(
                 located.T_odom_base, located.odometry_covariance, located.twist, located.twist_covariance, located.time,
@@ -447,13 +515,16 @@ class StillmapNode(Node):
             mapper, newest = self.mapper, self.newest
             if mapper is None or newest is None or newest.T_map_base is None:
                 continue
-            self._publish_movers(mapper, newest.time)
-            if 0 < self.settings["map_period"] and next_map <= time.monotonic():
-                begin = time.monotonic()
-                self._publish_map(mapper, newest.time)
-                self.findings = mapper.slam.findings
-                # The map takes a tenth of one core at most.
-                next_map = begin + max(self.settings["map_period"], 10 * (time.monotonic() - begin))
+            begin = time.monotonic()
+            try:
+                self._publish_movers(mapper, newest.time)
+                if 0 < self.settings["map_period"] and next_map <= begin:
+                    self._publish_map(mapper, newest.time)
+                    self.findings = mapper.slam.findings
+                    # The map takes a tenth of one core at most.
+                    next_map = begin + max(self.settings["map_period"], 10 * (time.monotonic() - begin))
+            except Exception as error:  # noqa: BLE001 - the thread goes on
+                self._tell(f"the map is not published: {error}")
 
     def _publish_movers(self, mapper, stamp):
         T, frame = mapper.T_map_world, self.settings["map_frame"]
@@ -493,21 +564,24 @@ class StillmapNode(Node):
     def _answer(self, response, command):
         """Answers a service with the text that a command of the tracking thread returns."""
         try:
-            response.success, response.message = True, self._on_tracker(command)
+            response.success, response.message = True, command()
+            self.get_logger().info(response.message)
         except Exception as error:  # noqa: BLE001 - the caller gets the reason
             response.success, response.message = False, str(error) or type(error).__name__
-        self.get_logger().info(response.message)
+            self._tell(response.message)
         return response
 
+    def _save(self):
+        """Saves the map to map_file. Returns what was done. Any thread may call it."""
+        if self.mapper is None:
+            raise RuntimeError("there is no map yet")
+        if not self.map_file:
+            raise RuntimeError("no file is named\n  fix: set the parameter map_file")
+        self.mapper.save(self.map_file)
+        return f"saved the map {self.map_file}"
+
     def _save_map(self, _, response):
-        def save():
-            if self.mapper is None:
-                raise RuntimeError("there is no map yet")
-            if not self.map_file:
-                raise RuntimeError("no file is named\n  fix: set the parameter map_file")
-            self.mapper.save(self.map_file)
-            return f"saved the map {self.map_file}"
-        return self._answer(response, save)
+        return self._answer(response, self._save)
 
     def _load_map(self, request, response):
         file = Path(request.map_url.removeprefix("file://"))
@@ -516,15 +590,17 @@ class StillmapNode(Node):
             if not file.is_file() and not (file / "run.map").is_file():
                 raise FileNotFoundError(f"there is no map {file}")
             if self.mapper is None:
-                self.load = file
-                return f"starts in the map {file}"
+                self.starts = [file]
+                own = self.map_file and Path(self.map_file).absolute() == file.absolute()
+                return f"starts in the map {file} with the first image{'' if own else keep_old(self.map_file)}"
             reason = self.mapper.load(file)
             return f"the map {file} is loaded; {reason}" if reason else f"the camera is in the map {file}"
-        answer = self._answer(Trigger.Response(), load)
+        answer = self._answer(Trigger.Response(), lambda: self._on_tracker(load))
         response.result = LoadMap.Response.RESULT_SUCCESS
         if not answer.success:
-            response.result = LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST
-            self._tell(answer.message)
+            missing = answer.message.startswith("there is no map")
+            response.result = (LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST if missing
+                               else LoadMap.Response.RESULT_INVALID_MAP_DATA)
         return response
 
     def _restart(self):
@@ -532,8 +608,8 @@ class StillmapNode(Node):
         self.extend = True
         if self.mapper is not None and self.map_file:
             journal_of(self.map_file).unlink(missing_ok=True)
-        self.mapper, self.load, self.newest_grid, self.images.info = None, None, None, None
-        return "starts a new map"
+        self.mapper, self.starts, self.newest_grid, self.images.info = None, [], None, None
+        return f"starts a new map, which is extended{keep_old(self.map_file)}"
 
     def _set_localize(self, request, response):
         mode = "localize" if request.data else "map"
@@ -543,7 +619,7 @@ class StillmapNode(Node):
             if self.mapper is not None:
                 self.mapper.slam.set_mode(mode)
             return "localizes only" if request.data else "extends the map"
-        return self._answer(response, set_mode)
+        return self._answer(response, lambda: self._on_tracker(set_mode))
 
     def _set_pause(self, request, response):
         self.paused = request.data
@@ -552,7 +628,7 @@ class StillmapNode(Node):
         return response
 
     def _reset(self, _, response):
-        return self._answer(response, self._restart)
+        return self._answer(response, lambda: self._on_tracker(self._restart))
 
     def _get_map(self, _, response):
         if self.newest_grid is not None:
@@ -563,7 +639,7 @@ class StillmapNode(Node):
         """Logs a problem once in some seconds, and shows it in the diagnostics."""
         now, title = time.monotonic(), " ".join(problem.split()[:3])
         known = self.problems.get(title)
-        self.problems[title] = (now, problem, known[2] if known and now - known[2] < STALE else now)
+        self.problems[title] = (now, problem, known[2] if known and now - known[2] < REPEATED else now)
         if self.problems[title][2] == now:
             self.get_logger().warning(problem)
 
@@ -573,14 +649,14 @@ class StillmapNode(Node):
             self._tell(f"waits for {', '.join(self.images.missing())}")
         elif not self.paused and self.images.newest is not None and now - self.images.newest > SILENCE:
             self._tell(f"no images for {now - self.images.newest:.0f} s")
-        recent = [text.replace("\n  fix", "; fix") for seen, text, _ in self.problems.values() if now - seen < STALE]
+        recent = [text.replace("\n  fix", "; fix") for seen, text, _ in self.problems.values() if now - seen < SHOWN]
         untrusted = [f.code for f in self.findings if f.severity == "untrusted"]
         located = self.newest
         state = "paused" if self.paused else located.update.state if located else "no image yet"
         status = DiagnosticStatus(name=f"{self.get_name()}: tracking", hardware_id="", level=DiagnosticStatus.OK)
         if recent or untrusted or state != "tracked":
             status.level = DiagnosticStatus.WARN
-        if untrusted or (self.images.newest is not None and state != "paused" and now - self.images.newest > STALE):
+        if untrusted or (self.images.newest is not None and state != "paused" and now - self.images.newest > REPEATED):
             status.level = DiagnosticStatus.ERROR
         status.message = "; ".join(recent) or state
         values = {"state": state, "mode": "map" if self.extend else "localize",
@@ -604,23 +680,29 @@ class StillmapNode(Node):
             thread.join()
         if self.mapper is None:
             return
-        if self.settings["results"]:
-            self.mapper.slam.finish().write(self.settings["results"])
+        results = self.mapper.slam.finish() if self.settings["results"] else None
         if self.map_file:
-            self.mapper.save(self.map_file)
+            self.get_logger().info(self._save())
             journal_of(self.map_file).unlink(missing_ok=True)
+            frame_file_of(journal_of(self.map_file)).unlink(missing_ok=True)
+        if results is not None:
+            results.write(self.settings["results"])
 
 
 def main():
     rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
-    node = StillmapNode()
-    node.start()
+    node = None
     try:
+        node = StillmapNode()
+        node.start()
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass
+        if node is None:
+            return
+    except (ParameterError, stillmap.Error) as error:
+        sys.exit(f"stillmap: {error}")
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # A second Ctrl-C does not lose the map.
     node.close()
