@@ -5,6 +5,7 @@
 #include "stillmap/base/machine.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/dense/cloud.hpp"
+#include "stillmap/pipeline/map_changes.hpp"
 #include "stillmap/pipeline/map_description.hpp"
 #include "stillmap/pipeline/merge_maps.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
@@ -157,6 +158,25 @@ int merge(const MapArguments& arguments) {
     write_named(arguments.json, json_text(json, 2) + "\n", is_figures_file, arguments.force);
   }
   return code_for(merged.saved);
+}
+
+int changes(const MapArguments& arguments) {
+  ResultFolder folder(arguments.out, arguments.force ? ResultFolder::Foreign::kOverwrite
+                                                     : ResultFolder::Foreign::kKeep);
+  const SlamParameters parameters = parameters_of(read_options(""));
+  const auto named = [&](std::size_t i) {
+    return NamedMap{arguments.files[i],
+                    read_saved_map(arguments.files[i], parameters.dense.memory)};
+  };
+  const MapChanges found = [&] {
+    const ProgressStep step("comparing the maps");
+    return find_changes(named(0), named(1), parameters);
+  }();
+  folder.write_text("changes.json", json_text(changes_json(found), 2) + "\n");
+  folder.write("changes.ply", [&](const fs::path& file) { write_ply(file, changes_cloud(found)); });
+  print_out("{}{}", changes_text(found), folder.written_text());
+  folder.require_all();
+  return kSuccess;
 }
 
 void write_map_files(const SavedMap& saved, ResultFolder& folder) {
@@ -336,7 +356,7 @@ int export_map(const MapArguments& arguments) {
 
 void add_map_command(CLI::App& app, int& exit_code) {
   CLI::App* map = app.add_subcommand(
-      "map", "describe, merge, align, export or reduce maps saved by `run --save-map`");
+      "map", "describe, merge, compare, align, export or reduce maps saved by `run --save-map`");
   map->require_subcommand(1);
   auto arguments = std::make_shared<MapArguments>();
   CLI::App* info = map->add_subcommand("info", "versions, camera, counts, extent and size");
@@ -369,6 +389,18 @@ void add_map_command(CLI::App& app, int& exit_code) {
   add_force_option(*merging, arguments->force);
   merging->footer("Example:\n  stillmap map merge monday.map tuesday.map --out site.map");
   merging->callback([arguments, &exit_code] { exit_code = merge(*arguments); });
+  CLI::App* comparing = map->add_subcommand(
+      "changes", "find the objects that appeared, went or moved between two visits");
+  comparing->add_option("files", arguments->files, "map of the earlier and of the later visit")
+      ->required()
+      ->expected(2)
+      ->type_name("FILE or DIR");
+  comparing->add_option("-o,--out", arguments->out, "folder for changes.json and changes.ply")
+      ->required()
+      ->type_name("DIR");
+  add_force_option(*comparing, arguments->force);
+  comparing->footer("Example:\n  stillmap map changes monday.map friday.map --out changes");
+  comparing->callback([arguments, &exit_code] { exit_code = changes(*arguments); });
   CLI::App* aligning =
       map->add_subcommand("align", "move the map into the frame of its site, by known points");
   aligning->add_option("file", arguments->file, "saved map, or folder of a run")->required();

@@ -120,6 +120,12 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
           "35 s, looking ahead and down")
       ->type_name("{static,xyz,halfsphere,rpy,loop,follow,trolley}")
       ->capture_default_str();
+  command
+      ->add_option("--visit", o.visit,
+                   "visit of the office: at the second one some furniture has been moved, removed "
+                   "or added (rearranged.csv)")
+      ->type_name("{1,2}")
+      ->capture_default_str();
   command->add_option("--frames", o.frames, "number of frames")->capture_default_str();
   command->add_option("--fps", o.fps, "frames per second")->capture_default_str();
   command->add_option("--width", o.width, "image width [pixels]")->capture_default_str();

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from conftest import FRAMES, command, stop
 from nav_msgs.srv import GetMap, LoadMap
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
 from std_srvs.srv import SetBool, Trigger
 from stillmap_ros.images import nanoseconds
 from stillmap_ros.transforms import inverse, matrix_of, matrix_of_pose, quaternion_of
@@ -221,12 +223,13 @@ def test_a_camera_that_is_calibrated_later_is_used_then(processes, robot, record
 @pytest.mark.parametrize("wrong", [
     {"map_fiel": "a.map"}, {"zones": "/nowhere"}, {"static_mask": "/nowhere"}, {"base_to_camera": "[0.0,1.0]"}, {"sensor": "foo"},
     {"schedule": "foo"}, {"map_file": "/nowhere/a.map"}, {"map_file": "/tmp"}, {"results": "/dev/null/results"}, {"preset": "foo"},
-    {"options": "[a=b]"}, {"pairing": "soon"}, {"publish_odom": 1}, {"grid_cell": 0.0}, {"odom_frame": "map"}])
+    {"options": "[a=b]"}, {"pairing": "soon"}, {"publish_odom": 1}, {"grid_cell": 0.0}, {"odom_frame": "map"},
+    {"color_transport": "theora"}, {"robot_radius": -1.0}, {"base_to_camera": "[0,0,1.2,0,0,0]"}])
 def test_a_wrong_parameter_ends_the_node_with_the_reason(processes, wrong):
     node = processes.node(**wrong)
     assert node.wait(20) == 1
     log = node.log.read_text()
-    assert log.startswith("stillmap: ") and "Traceback" not in log
+    assert "\nstillmap: " in "\n" + log and "Traceback" not in log
     name, value = next(iter(wrong.items()))
     assert name in log or value.strip("[]") in log
 
@@ -252,12 +255,36 @@ def test_a_journal_that_cannot_be_read_does_not_cost_the_saved_map(processes, ro
     assert (tmp_path / "office.map.journal.old").read_text() == "damaged"
 
 
+@pytest.mark.parametrize("spoiled", ["office.map.frame", "zones.yaml"])
+def test_a_map_is_not_replaced_while_a_file_beside_it_is_wrong(processes, robot, recording, tmp_path, spoiled):
+    map_file, zones = tmp_path / "office.map", tmp_path / "zones.yaml"
+    zones.write_text("zones: [{name: room, polygon: [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], height: [0, 3]}]")
+    stop(play(processes, robot, recording, map_file=map_file))
+    saved = map_file.read_bytes()
+    (tmp_path / spoiled).write_text('{"T_map_wor')
+    robot.forget()
+    node = processes.node(map_file=map_file, zones=zones)
+    processes.camera(recording, "--now")
+    assert robot.spin_until(lambda: spoiled in node.log.read_text(), 30)
+    robot.spin_until(lambda: False, 2)
+    stop(node)
+    assert "fix: " in node.log.read_text() and "Traceback" not in node.log.read_text()
+    kept = map_file if spoiled == "zones.yaml" else tmp_path / "office.map.old"
+    assert kept.read_bytes() == saved
+
+
+def test_parameters_are_not_changed_later(processes, robot, recording):
+    processes.node()
+    wanted = [Parameter(name="grid_cell", value=ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=0.1))]
+    answer = robot.call(SetParameters, "set_parameters", parameters=wanted).results[0]
+    assert not answer.successful and "at the start" in answer.reason
+
+
 def test_the_map_before_a_reset_is_kept(processes, robot, recording, tmp_path):
     map_file = tmp_path / "office.map"
     node = play(processes, robot, recording, map_file=map_file)
-    assert robot.call(Trigger, "save_map").success
-    saved = map_file.read_bytes()
     answer = robot.call(Trigger, "reset")
+    saved = (tmp_path / "office.map.old").read_bytes()
     assert answer.success and answer.message.endswith(f"kept as {map_file}.old")
     robot.forget()
     processes.camera(recording, "--rate", 0, "--count", 20)
@@ -321,6 +348,7 @@ def test_poses_elsewhere_are_not_given_as_those_of_the_loaded_map(processes, rob
     assert robot.spin_until(lambda: robot.says("not connected with the loaded one"), 60), node.log.read_text()
     assert robot.spin_until(lambda: robot.count("odom") > 10, 20), "the odometry goes on"
     assert not robot.count("pose") and not robot.count("map")
+    assert not [t for t in robot.got["tf"] if t.child_frame_id == "odom"], "no frame map yet"
 
 
 def test_a_map_is_loaded_while_another_is_made(processes, robot, recording, base_to_camera, tmp_path):

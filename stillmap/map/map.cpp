@@ -374,11 +374,17 @@ void Map::join_components(std::uint32_t kept, std::uint32_t absorbed) {
   first_.erase(absorbed);
 }
 
-void Map::erase_component(std::uint32_t component) {
+void Map::erase_made_in(std::uint32_t component) {
   const std::vector<KeyframeId> keyframes = keyframes_of(*this, component);
-  for (const LandmarkId id : landmarks_seen_by(*this, keyframes)) erase(id);
-  for (const KeyframeId id : keyframes) keyframes_.erase(id);
-  first_.erase(component);
+  std::size_t erased = 0;
+  for (const KeyframeId id : keyframes) {
+    if (at(id).session != session_) continue;
+    const std::vector<LandmarkId> seen = at(id).landmarks;
+    for (const LandmarkId landmark : seen) forget(landmark, id);
+    keyframes_.erase(id);
+    ++erased;
+  }
+  if (erased == keyframes.size()) first_.erase(component);
 }
 
 std::vector<KeyframeId> keyframes_of(const Map& map, std::uint32_t component) {

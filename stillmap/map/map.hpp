@@ -174,11 +174,12 @@ class Map {
   void move_component(std::uint32_t component, const Pose& T);
   /// Assigns the keyframes of component `absorbed` to component `kept` without moving them.
   void join_components(std::uint32_t kept, std::uint32_t absorbed);
-  /// Erases a component with its keyframes and landmarks. Its keyframes have no replacements.
-  void erase_component(std::uint32_t component);
+  /// Erases the keyframes of a component that the present run made, without replacements, and the
+  /// landmarks that only they show. What a saved map had in the component stays.
+  void erase_made_in(std::uint32_t component);
 
   /// Returns T_world_camera of a pose that is given relative to a keyframe. Works for erased
-  /// keyframes, but not for those of an erased component.
+  /// keyframes, but not for those without a replacement.
   Pose resolve(KeyframeId reference, const Pose& T_reference_camera) const;
   /// Returns the first keyframe of a component, which defines the component's world frame. It may
   /// have been erased.
@@ -186,7 +187,7 @@ class Map {
   /// Returns whether it is the first keyframe of its component.
   bool is_first(KeyframeId id) const;
   /// Returns the keyframe that represents `id` now: itself, or its replacement if it was erased;
-  /// invalid if its component was erased.
+  /// invalid if it has none.
   KeyframeId current_keyframe(KeyframeId id) const;
   /// Returns the replacements of erased keyframes, which may be erased themselves.
   const std::map<KeyframeId, Replacement>& replacements() const { return replacements_; }

@@ -125,7 +125,7 @@ LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   const KeyframeId abandoned = map_.current_keyframe(proposal.abandoned);
   if (abandoned.valid()) drop(map_.at(abandoned).component);
   const KeyframeId replaced = map_.current_keyframe(proposal.replaced);
-  if (replaced.valid()) map_.erase_component(map_.at(replaced).component);
+  if (replaced.valid()) map_.erase_made_in(map_.at(replaced).component);
   return snapshot_around(newest_);
 }
 
@@ -304,7 +304,7 @@ void MapMaker::drop(std::uint32_t component) {
   event.timestamp = first.timestamp;
   event.keyframes = keyframes.size();
   events_.push_back(event);
-  map_.erase_component(component);
+  map_.erase_made_in(component);
 }
 
 void MapMaker::adjust_all() {

@@ -5,6 +5,7 @@
 #include "stillmap/geometry/depth_sensor.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
+#include "stillmap/pipeline/saved_map.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/rectifier.hpp"
 #include "stillmap/slam.hpp"
@@ -557,6 +558,26 @@ TEST(SlamApi, TheMapOfALoadedMapIsUsedAtOnceAndItsKeyframesAreNotRepeated) {
   std::size_t until_found = 60;
   while (until_found < 90 && !slam.push(rec.frames[until_found]).in_saved_map) ++until_found;
   EXPECT_LE(until_found, 64U) << "as soon as the updates before it are taken";
+  std::filesystem::remove(file);
+}
+
+TEST(SlamApi, AMapThatIsLoadedBeforeTheStartIsVerifiedStays) {
+  const Recording& rec = recording(2, "xyz");
+  const std::filesystem::path file = test::own_path("api.map");
+  Slam first = slam_for(rec);
+  for (const RgbdFramePtr& frame : rec.frames) first.push(frame);
+  first.save_map(file);
+  const std::size_t keyframes = read_saved_map(file).map.keyframes.size();
+  for (const std::size_t loaded_after : {1U, 10U, 15U}) {
+    Slam second = slam_for(rec);
+    for (std::size_t i = 0; i < 60; ++i) {
+      if (i == loaded_after) second.load_map(file);
+      second.push(rec.frames[i]);
+    }
+    EXPECT_TRUE(second.newest()->update.in_saved_map) << loaded_after;
+    second.save_map(test::own_path("again.map"));
+    EXPECT_GE(read_saved_map(test::own_path("again.map")).map.keyframes.size(), keyframes);
+  }
   std::filesystem::remove(file);
 }
 

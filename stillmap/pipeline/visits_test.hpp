@@ -30,6 +30,7 @@ inline std::shared_ptr<const SimulatedSequence> sequence_of(const std::string& n
   options.height = 240;
   if (name == "rpy") options.camera = "rpy";
   if (name == "slower") options.speed = 0.8, options.shake = 3;  // with another hand shake
+  if (name == "rearranged") options.speed = 0.8, options.shake = 3, options.visit = 2;
   if (name == "longer") {
     options.speed = 0.8, options.shake = 4, options.focal = 375;
     options.width = 400, options.height = 300;
@@ -42,7 +43,8 @@ inline std::shared_ptr<const SimulatedSequence> sequence_of(const std::string& n
 }
 
 /// @param name  xyz, slower (nearly the same path), longer (nearly the same path, by a camera of
-/// larger images and focal length), rpy (the same place), corner (another place)
+/// larger images and focal length), rearranged (as slower, when some furniture has been moved), rpy
+/// (the same place), corner (another place)
 inline const Visit& visit(const std::string& name) {
   static std::map<std::string, Visit> made;
   Visit& v = made[name];

@@ -2,6 +2,8 @@
 #include "stillmap/simulate/furniture.hpp"
 #include "stillmap/simulate/rooms.hpp"
 
+#include <optional>
+
 namespace stillmap::simulate {
 namespace {
 
@@ -10,6 +12,44 @@ namespace f = furniture;
 
 constexpr float kLength = 6.4F, kWidth = 5.6F, kHeight = 2.7F;  // along x, y, z
 constexpr float kDeskX = 3.6F, kDeskY = 3.25F;                  // Center of the two desks [m].
+
+/// Builds pieces of furniture as they stand at a visit. All others look as at the other visit.
+class RearrangedPieces {
+ public:
+  RearrangedPieces(int visit, MeshBuilder& to, Palette& p, Scene& scene)
+      : visit_(visit), to_(to), p_(p), scene_(scene) {}
+
+  /// @param first, second  places at the visits; none: the piece is not there
+  /// @param build          adds the piece at a place to a mesh
+  template <typename Build>
+  void add(const char* name, const std::optional<Transform>& first,
+           const std::optional<Transform>& second, const Build& build) {
+    const Random random = p_.random;  // so that a piece looks the same at both places
+    if (const auto& here = visit_ == 1 ? first : second) build(to_, *here);
+    p_.random = random;
+    const Eigen::AlignedBox3f second_box = box_of(second, build);
+    p_.random = random;
+    // What comes next has the random numbers that it has at the first visit.
+    const Eigen::AlignedBox3f first_box = box_of(first, build);
+    scene_.rearranged.push_back({name, first_box, second_box});
+  }
+
+ private:
+  template <typename Build>
+  Eigen::AlignedBox3f box_of(const std::optional<Transform>& place, const Build& build) {
+    Eigen::AlignedBox3f box;
+    if (!place) return box;
+    MeshBuilder piece(to_.grid());
+    build(piece, *place);
+    for (const Vertex& v : piece.mesh().vertices) box.extend(v.position);
+    return box;
+  }
+
+  int visit_;
+  MeshBuilder& to_;
+  Palette& p_;
+  Scene& scene_;
+};
 
 void build_shell(MeshBuilder& to, Palette& p) {
   // Walls overlap at the corners, so that no ray passes between them.
@@ -47,17 +87,18 @@ void hang_lamps(MeshBuilder& to, Palette& p, Scene& scene) {
   scene.lighting.ambient = {0.36F, 0.35F, 0.34F};
 }
 
-void furnish_middle(MeshBuilder& to, Palette& p) {
+void furnish_middle(MeshBuilder& to, Palette& p, RearrangedPieces& pieces) {
   BoxSkin rug(p.rug);
   to.box(place(kDeskX - 0.1F, kDeskY - 0.1F, 0), {3.3F, 2.6F, 0.012F}, rug, false);
   f::set_desk(to, p, place(kDeskX, kDeskY - 0.38F, 0), 0);
   f::set_desk(to, p, place(kDeskX, kDeskY + 0.38F, 0, 180), 2);
   f::desk_lamp(to, p, place(kDeskX - 0.68F, kDeskY + 0.1F, f::kDeskHeight, -60));
   f::plant(to, p, place(kDeskX + 0.68F, kDeskY + 0.02F, f::kDeskHeight), 0.42F);
-  f::bin(to, p, place(kDeskX - 1.0F, kDeskY - 0.7F, 0));
+  pieces.add("bin", place(kDeskX - 1.0F, kDeskY - 0.7F, 0), place(1.6F, 2.6F, 0),
+             [&](MeshBuilder& mesh, const Transform& T) { f::bin(mesh, p, T); });
 }
 
-void furnish_north(MeshBuilder& to, Palette& p) {
+void furnish_north(MeshBuilder& to, Palette& p, RearrangedPieces& pieces) {
   const float wall = kWidth;
   f::window(to, p, place(1.6F, wall, 1.0F), 1.9F, 1.2F);
   f::radiator(to, p, place(1.6F, wall - 0.08F, 0), 1.5F);
@@ -67,18 +108,21 @@ void furnish_north(MeshBuilder& to, Palette& p) {
   f::book_pile(to, p, place(4.8F, wall - 0.18F, 1.4F, 10), 5);
   f::poster(to, p, place(5.1F, wall, 2.2F), 0.85F, 0.6F, p.paintings[0]);
   f::poster(to, p, place(6.05F, wall, 1.75F), 0.5F, 0.7F, p.posters[5]);
-  f::plant(to, p, place(6.0F, wall - 0.4F, 0), 1.3F);
+  pieces.add("plant in the corner", place(6.0F, wall - 0.4F, 0), std::nullopt,
+             [&](MeshBuilder& mesh, const Transform& T) { f::plant(mesh, p, T, 1.3F); });
   f::poster(to, p, place(2.76F, wall, 1.75F), 0.24F, 0.34F, p.posters[6]);
 }
 
-void furnish_east(MeshBuilder& to, Palette& p) {
+void furnish_east(MeshBuilder& to, Palette& p, RearrangedPieces& pieces) {
   const float wall = kLength;
   f::cabinet(to, p, place(wall - 0.24F, 1.9F, 0, -90), {1.8F, 0.45F, 0.82F}, 1);
-  f::printer(to, p, place(wall - 0.25F, 1.45F, 0.82F, -90));
+  pieces.add("printer", place(wall - 0.25F, 1.45F, 0.82F, -90), std::nullopt,
+             [&](MeshBuilder& mesh, const Transform& T) { f::printer(mesh, p, T); });
   f::book_pile(to, p, place(wall - 0.24F, 2.05F, 0.82F, -80), 6);
   f::plant(to, p, place(wall - 0.24F, 2.5F, 0.82F), 0.5F);
   f::poster(to, p, place(wall, 1.9F, 1.75F, -90), 1.5F, 0.78F, p.map);
-  f::shelf(to, p, place(wall - 0.17F, 3.6F, 0, -90), 1.3F, 1.75F);
+  pieces.add("shelf", place(wall - 0.17F, 3.6F, 0, -90), place(0.17F, 3.75F, 0, 90),
+             [&](MeshBuilder& mesh, const Transform& T) { f::shelf(mesh, p, T, 1.3F, 1.75F); });
   f::poster(to, p, place(wall, 3.2F, 2.2F, -90), 0.5F, 0.7F, p.posters[0]);
   f::poster(to, p, place(wall, 3.95F, 2.25F, -90), 0.68F, 0.5F, p.paintings[2]);
   f::poster(to, p, place(wall, 4.75F, 1.65F, -90), 0.55F, 0.8F, p.posters[3]);
@@ -102,8 +146,9 @@ void furnish_south(MeshBuilder& to, Palette& p) {
   f::poster(to, p, place(4.42F, 0, 2.2F, 180), 0.32F, 0.32F, p.clock);
 }
 
-void furnish_west(MeshBuilder& to, Palette& p) {
-  f::sofa(to, p, place(0.46F, 3.6F, 0, 90), 1.7F);
+void furnish_west(MeshBuilder& to, Palette& p, RearrangedPieces& pieces) {
+  pieces.add("sofa", place(0.46F, 3.6F, 0, 90), place(0.46F, 2.0F, 0, 90),
+             [&](MeshBuilder& mesh, const Transform& T) { f::sofa(mesh, p, T, 1.7F); });
   f::poster(to, p, place(0, 3.55F, 1.6F, 90), 1.6F, 0.95F, p.whiteboard);
   f::plant(to, p, place(0.4F, 5.15F, 0), 1.5F);
   f::poster(to, p, place(0, 2.1F, 1.6F, 90), 0.6F, 0.85F, p.posters[7]);
@@ -114,16 +159,25 @@ void furnish_west(MeshBuilder& to, Palette& p) {
 
 }  // namespace
 
-RoomPlan build_office(Palette& p, Scene& scene) {
+RoomPlan build_office(int visit, Palette& p, Scene& scene) {
   MeshBuilder to(0.18F);
+  RearrangedPieces pieces(visit, to, p, scene);
   build_shell(to, p);
   to.set_grid(0.15F);
   hang_lamps(to, p, scene);
-  furnish_middle(to, p);
-  furnish_north(to, p);
-  furnish_east(to, p);
+  furnish_middle(to, p, pieces);
+  furnish_north(to, p, pieces);
+  furnish_east(to, p, pieces);
   furnish_south(to, p);
-  furnish_west(to, p);
+  furnish_west(to, p, pieces);
+  pieces.add("parcel", std::nullopt, place(3.3F, 0.85F, 0, 30),
+             [&](MeshBuilder& mesh, const Transform& T) {
+               f::parcel(mesh, p, T, {0.45F, 0.35F, 0.3F});
+             });
+  pieces.add("cabinet", std::nullopt, place(2.5F, kWidth - 0.27F, 0),
+             [&](MeshBuilder& mesh, const Transform& T) {
+               f::cabinet(mesh, p, T, {0.6F, 0.5F, 0.7F}, 0);
+             });
   RoomPlan plan;
   plan.seats = {place(kDeskX + 0.05F, kDeskY + 1.12F, 0),
                 place(kDeskX - 0.1F, kDeskY - 1.12F, 0, 180)};

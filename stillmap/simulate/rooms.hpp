@@ -36,8 +36,10 @@ struct RoomPlan {
 };
 
 /// Builds an office of 6.4 m x 5.6 m x 2.7 m: two desks face to face on a rug, shelves, a sofa, a
-/// window, a brick wall, posters. Sets statics (not lit yet), lighting, viewpoint and room.
-RoomPlan build_office(Palette& palette, Scene& scene);
+/// window, a brick wall, posters. Sets statics (not lit yet), lighting, viewpoint, room and
+/// rearranged.
+/// @param visit  as SceneOptions::visit
+RoomPlan build_office(int visit, Palette& palette, Scene& scene);
 
 /// Builds four rooms of 7.4 m x 6.4 m around a cross of walls, each with passages to the next two:
 /// a path of about 60 m through all and back. Every room has its own wallpaper, posters and

@@ -128,9 +128,10 @@ void add_things(const SceneOptions& options, const RoomPlan& room, Palette& pale
     scene.movers.push_back(make_ball(id(), plan.ball_from, plan.ball_to, palette));
 }
 
-RoomPlan build(const std::string& name, Palette& palette, Scene& scene) {
-  if (name == "flat") return build_flat(palette, scene);
-  return name == "yard" ? build_yard(palette, scene) : build_office(palette, scene);
+RoomPlan build(const SceneOptions& options, Palette& palette, Scene& scene) {
+  if (options.scene == "flat") return build_flat(palette, scene);
+  return options.scene == "yard" ? build_yard(palette, scene)
+                                 : build_office(options.visit, palette, scene);
 }
 
 }  // namespace
@@ -151,10 +152,13 @@ Scene make_scene(const SceneOptions& options) {
   check_name(options.activity, activity_names(), "activity");
   check_range(options.people, kMostPeople, "people");
   check_range(options.things, kMostThings, "things");
+  if (options.visit < 1 || options.visit > 2 || (options.visit == 2 && options.scene != "office"))
+    throw Error(fmt::format("there is no visit {} of scene {}", options.visit, options.scene),
+                "visit", "use 1, or 2 of the office");
   Scene scene;
   Random random(static_cast<std::uint64_t>(options.seed), 1);
   Palette palette(scene.textures, random);
-  const RoomPlan plan = build(options.scene, palette, scene);
+  const RoomPlan plan = build(options, palette, scene);
   bake_light(scene.lighting, scene.statics, options.threads);
   scene.round = plan.walk;
   if (options.activity == "crowd") scene.viewpoint.position.z() = plan.crowd_height;

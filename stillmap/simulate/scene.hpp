@@ -28,6 +28,8 @@ struct SceneOptions {
   /// yard the crane's swinging hook and two vehicles.
   int things = 0;
   int seed = 1;  ///< Seed of wallpaper, books and clothes.
+  /// Visit of the office: 1, or 2, when some pieces of furniture have been moved, removed or added.
+  int visit = 1;
   /// Whether these objects move in view, within two or three meters of the viewpoint; in the yard
   /// the hook also carries a load that fills a third of the view.
   bool near_things = false;
@@ -41,11 +43,18 @@ struct CameraAnchor {
   Eigen::Vector3d position, target;  ///< World positions [m].
 };
 
+/// A piece of furniture that is elsewhere, or not there, at one of the visits of SceneOptions.
+struct Rearrangement {
+  std::string name;
+  Eigen::AlignedBox3f first, second;  ///< Its boxes at the visits; empty: it is not there [m].
+};
+
 /// A room with moving objects. World frame: meters, z up, the floor at z = 0.
 struct Scene {
   simulate::Mesh statics;       ///< Static mesh with light, in the world frame.
   simulate::Textures textures;  ///< Textures of the static mesh and the movers.
   simulate::Lighting lighting;
+  std::vector<Rearrangement> rearranged;
   std::vector<simulate::Mover> movers;  ///< Movers with ids 1, 2, 3, ...
   CameraAnchor viewpoint;
   Eigen::AlignedBox3d room;  ///< Space inside walls, floor and ceiling [m].

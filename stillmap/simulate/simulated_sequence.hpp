@@ -22,6 +22,7 @@ struct SimulationOptions {
   /// the crane's hook and two vehicles.
   int things = 0;
   bool near_things = false;  ///< Whether they move close to the viewpoint, in its view.
+  int visit = 1;             ///< Visit of the office, with other furniture: 1 or 2.
   /// Camera motion: static, xyz, halfsphere, rpy, loop, follow, trolley.
   std::string camera = "xyz";
   int frames = 300;

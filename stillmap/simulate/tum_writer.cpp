@@ -86,6 +86,28 @@ struct Lists {
   }
 };
 
+/// The corners of a box; empty fields for an empty one.
+std::string box_fields(const Eigen::AlignedBox3f& box) {
+  if (box.isEmpty()) return ",,,,,";
+  const Eigen::Vector3f a = box.min(), b = box.max();
+  return fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}", a.x(), a.y(), a.z(), b.x(), b.y(),
+                     b.z());
+}
+
+std::string rearranged_lines(const std::vector<Rearrangement>& pieces) {
+  std::string lines = "name";
+  for (const char* visit : {"first", "second"}) {
+    for (const char* corner : {"min", "max"})
+      for (const char axis : {'x', 'y', 'z'})
+        lines += fmt::format(",{}_{}_{}", visit, corner, axis);
+  }
+  lines += "\n";
+  for (const Rearrangement& piece : pieces)
+    lines +=
+        fmt::format("{},{},{}\n", piece.name, box_fields(piece.first), box_fields(piece.second));
+  return lines;
+}
+
 /// Removes the images of a sequence, TIMESTAMP.png, and no other file.
 void remove_images(const std::filesystem::path& folder) {
   const std::regex name(R"(\d+\.\d{6}\.png)");
@@ -108,6 +130,7 @@ void make_sequence_folder(const std::filesystem::path& folder) {
     std::filesystem::remove(folder / list);
   std::filesystem::remove(folder / "imu0" / "data.csv");
   std::filesystem::remove(folder / "odometry.txt");
+  std::filesystem::remove(folder / "rearranged.csv");
   for (const char* name : {"rgb", "depth", "mask", "instance", "speed"}) {
     make_output_folder(folder / name);
     remove_images(folder / name);
@@ -147,6 +170,8 @@ std::size_t write_tum_layout(const SimulatedSequence& sequence, const std::files
   write_trajectory(folder / "groundtruth.txt", trajectory);
   write_file(folder / "surface.ply", points_ply(surface.points()));
   write_file(folder / kMarker, object_lines(sequence.scene().statics.things));
+  if (const auto& pieces = sequence.scene().rearranged; !pieces.empty())
+    write_file(folder / "rearranged.csv", rearranged_lines(pieces));
   lists.write(folder);
   return frames;
 }

@@ -22,7 +22,9 @@ namespace stillmap {
 /// - truth_movers.csv: position of every mover in every frame (centroid of its surface, velocity,
 ///   box; world frame [m, m/s]), the number of pixels that show it, its share inside the image
 ///   borders, and its share that is also not occluded;
-/// - things.csv: static objects of COCO classes (boxes, world frame [m]).
+/// - things.csv: static objects of COCO classes (boxes, world frame [m]);
+/// - rearranged.csv: furniture that is elsewhere, or not there, at one of the two visits (its boxes
+///   at each, world frame [m]); none for other scenes.
 /// @param done  called after each frame with the number of frames written so far; if it returns
 /// false, the sequence ends there; may be empty
 /// @returns the number of frames written

@@ -32,6 +32,10 @@ class Located:
     twist_covariance: np.ndarray = field(default_factory=lambda: np.eye(6))
 
 
+class FrameError(ValueError):
+    """A file next to a map that does not contain T_map_world."""
+
+
 class StampError(ValueError):
     """A frame that is not newer than the one before."""
 
@@ -107,13 +111,23 @@ class Mapper:
     def _T_map_world_of(self, file):
         """Returns the transform that was saved with a map; without one, the map began where the base is now."""
         saved = frame_file_of(file)
-        return np.array(json.loads(saved.read_text())["T_map_world"]) if saved.exists() else self.T_base_camera
+        if not saved.exists():
+            return self.T_base_camera
+        try:
+            T = np.array(json.loads(saved.read_text())["T_map_world"], float)
+            if T.shape == (4, 4) and np.isfinite(T).all():
+                return T
+        except (OSError, ValueError, KeyError, TypeError):
+            pass
+        raise FrameError(f"{saved} contains no transform of 4 x 4 numbers\n  fix: restore it, or remove it, so that the map "
+                         "begins where the base is")
 
     def load(self, file):
         """Adds a saved map, whose frame is the map's frame from now on: there are no poses until the camera is found in
         it. Returns why no place of it is recognized yet, or an empty text."""
+        T_map_world = self._T_map_world_of(file)
         reason = self.slam.load_map(file)
-        self.in_loaded, self.T_map_world = True, self._T_map_world_of(file)
+        self.in_loaded, self.T_map_world = True, T_map_world
         if self.journal:
             self._write_frame(self.journal)
         if self.rules:

@@ -19,7 +19,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry, Path as PathMessage
 from nav_msgs.srv import GetMap, LoadMap
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -36,7 +36,7 @@ import stillmap
 from stillmap_ros import images, messages
 from stillmap_ros.changes import Changes
 from stillmap_ros.grid import grid_of_cloud
-from stillmap_ros.mapper import Mapper, Odometry as VisualOdometry, frame_file_of, journal_of
+from stillmap_ros.mapper import FrameError, Mapper, Odometry as VisualOdometry, frame_file_of, journal_of
 from stillmap_ros.pairing import Pairing, Queue
 from stillmap_ros.serialized import image_of
 from stillmap_ros.transforms import BODY_OPTICAL, FrameTree, inverse, matrix_of_pose, matrix_of_rpy
@@ -63,6 +63,8 @@ PARAMETERS = {
     "map_period": 2.0,  # time between two clouds and grids [s]; 0: none
     "grid_cell": 0.05, "grid_lowest": 0.1, "grid_highest": 1.8, "robot_radius": 0.2,  # [m]
 }
+CHOICES = {"schedule": ("realtime", "lockstep"), "color_transport": ("raw", "compressed"),
+           "depth_transport": ("raw", "compressed")}
 SILENCE = 1.0  # time without an image after which that is a problem [s]
 SHOWN = 2.0  # time for which a problem is shown [s]
 REPEATED = 5.0  # time between two lines of the log about the same problem, and without images after which that is an error [s]
@@ -74,7 +76,9 @@ class ParameterError(ValueError):
 
 def value_of(name, value, default):
     """Returns the value of a parameter in the type of its default; an integer is a number, too."""
-    listed, sequence = isinstance(default, list), isinstance(value, (list, tuple, array.array))
+    listed = isinstance(default, list)
+    value = [] if listed and value is None else value  # an empty list has no type
+    sequence = isinstance(value, (list, tuple, array.array))
     kind = type(default[0] if listed else default)
     values = list(value) if sequence else [value]
     if sequence != listed or any(type(v) not in ((float, int) if kind is float else (kind,)) for v in values):
@@ -86,9 +90,10 @@ def value_of(name, value, default):
 
 def keep_old(map_file):
     """Renames the files of a map, so that no other replaces it. Returns what was done; nothing if there is none."""
-    old = f"{map_file}.old"
     if not map_file or not Path(map_file).exists():
         return ""
+    names = (f"{map_file}.old{number}" for number in ["", *range(2, 10000)])
+    old = next(name for name in names if not Path(name).exists())
     for file, name in ((Path(map_file), old), (frame_file_of(map_file), frame_file_of(old))):
         if file.exists():
             os.replace(file, name)
@@ -198,12 +203,14 @@ class StillmapNode(Node):
             self.declare_parameter(name, value, ParameterDescriptor(dynamic_typing=True))
         self.settings = {name: value_of(name, self.get_parameter(name).value, value) for name, value in PARAMETERS.items()}
         self._check_settings()
+        self.add_on_set_parameters_callback(lambda _: SetParametersResult(
+            successful=False, reason="parameters are read at the start only; there are services for what changes later"))
         self.lossless = self.settings["schedule"] == "lockstep"
         self.options = self._options()
         self.mapper = None  # of the tracking thread; others keep a reference of their own
         self.newest = None  # newest Located
         self.visual_odometry = VisualOdometry()  # continues without a jump in the next map
-        self.T_map_odom = np.eye(4)
+        self.T_map_odom = None  # of the present map; None before its first pose
         self.paused = False
         self.map_file = self.settings["map_file"]  # empty: none
         self.extend = not self.settings["localize"]
@@ -232,32 +239,49 @@ class StillmapNode(Node):
         for name in given.difference(PARAMETERS, {"use_sim_time", "start_type_description_service"}):
             if not name.startswith("qos_overrides"):
                 raise ParameterError(f"there is no parameter {name}\n  fix: use one of {', '.join(PARAMETERS)}")
+        for name in ("static_mask", "zones", "map_file", "results"):
+            settings[name] = settings[name] and str(Path(settings[name]).expanduser().absolute())
         for name in ("static_mask", "zones"):
             if settings[name] and not Path(settings[name]).is_file():
-                raise ParameterError(f"{name}: there is no file {settings[name]}")
+                raise ParameterError(f"{name}: there is no file {settings[name]}\n  fix: name a file, or leave it empty")
         if len(settings["base_to_camera"]) not in (1, 6):
             raise ParameterError("base_to_camera: six numbers are expected\n  fix: give x y z roll pitch yaw [m, rad]")
-        if settings["schedule"] not in ("realtime", "lockstep"):
-            raise ParameterError(f"schedule: is '{settings['schedule']}'\n  fix: use realtime or lockstep")
-        file, results = (Path(settings[name]).absolute() for name in ("map_file", "results"))
-        if settings["map_file"] and not file.parent.is_dir():
-            raise ParameterError(f"map_file: the folder of {file} is not there\n  fix: make it")
-        if settings["map_file"] and (file.is_dir() or not os.access(file.parent, os.W_OK)):
-            raise ParameterError(f"map_file: {file} is a folder, or in one that cannot be written\n  fix: name a file")
-        there = next(path for path in (results, *results.parents) if path.exists())
-        if settings["results"] and not (there.is_dir() and os.access(there, os.W_OK)):
-            raise ParameterError(f"results: {there} cannot be written\n  fix: name another folder")
-        if settings["map_frame"] == settings["odom_frame"]:
-            raise ParameterError("odom_frame: is that of the map, too\n  fix: give each a name of its own")
+        for name, words in CHOICES.items():
+            if settings[name] not in words:
+                raise ParameterError(f"{name}: is '{settings[name]}'\n  fix: use {' or '.join(words)}")
+        self._check_files(Path(settings["map_file"]), Path(settings["results"]))
+        frames = [settings[name] for name in ("map_frame", "odom_frame", "base_frame")]
+        if len(set(frames)) < 3 or not all(frames[:2]):
+            raise ParameterError("map_frame, odom_frame, base_frame: are not three frames\n  fix: give each a name of its own")
         for name in ("grid_cell", "pairing"):
             if not settings[name] > 0:
                 raise ParameterError(f"{name}: is {settings[name]}\n  fix: give a positive number")
+        for name in ("map_period", "robot_radius", "transform_tolerance"):
+            if not settings[name] >= 0:
+                raise ParameterError(f"{name}: is {settings[name]}\n  fix: give a positive number, or zero")
         if not settings["grid_lowest"] < settings["grid_highest"]:
-            raise ParameterError("grid_lowest: is not below grid_highest")
+            raise ParameterError("grid_lowest: is not below grid_highest\n  fix: exchange them")
         try:
             stillmap.Camera(640, 480, 500, 500, 320, 240, depth_factor=1000, sensor=settings["sensor"])
         except stillmap.Error as error:
             raise ParameterError(f"sensor: {error}") from error
+
+    def _check_files(self, map_file, results):
+        """Raises ParameterError for files that could not be written at the end."""
+        if self.settings["map_file"]:
+            if not map_file.parent.is_dir():
+                raise ParameterError(f"map_file: the folder {map_file.parent} is not there\n  fix: make it")
+            if map_file.is_dir():
+                raise ParameterError(f"map_file: {map_file} is a folder\n  fix: name a file in it")
+            if not os.access(map_file.parent, os.W_OK):
+                raise ParameterError(f"map_file: the folder {map_file.parent} cannot be written\n  fix: name another one")
+        if self.settings["results"]:
+            try:
+                results.mkdir(parents=True, exist_ok=True)
+                (results / ".writable").touch()
+                (results / ".writable").unlink()
+            except OSError as error:
+                raise ParameterError(f"results: {error}\n  fix: name a folder that can be written") from error
 
     def _options(self):
         options = {"schedule.mode": self.settings["schedule"]}
@@ -358,13 +382,17 @@ class StillmapNode(Node):
         self.counts["tracked" if located.T_map_base is not None else "without a pose"] += 1
         if located.T_map_base is None:
             elsewhere = "the camera is in a map that is not connected with the loaded one yet"
-            self._tell(f"no pose: {elsewhere if located.elsewhere else located.update.reason}")
+            reason = elsewhere if located.elsewhere else located.update.reason
+            if not self.extend and located.update.state == "no map":
+                reason += "\n  fix: name a saved map in map_file, or call ~/localize with false"
+            self._tell(f"no pose: {reason}")
         self._publish_pose(located)
 
     def _located(self, complete):
         header = complete[0].header
         stamp, frame = images.nanoseconds(header.stamp), header.frame_id
-        info = self._awaited(lambda: self.images.info, f"no camera_info yet on {self._resolved('camera_info')}")
+        info = self._awaited(lambda: self.images.info, f"no camera_info yet on {self._resolved('camera_info')}\n"
+                             "  fix: remap camera_info to the topic of the color camera")
         T_base_camera = self._awaited(
             lambda: self._base_to_camera(frame, stamp), f"no transform {self.settings['base_frame']} -> {frame}\n"
             "  fix: publish it on /tf_static, or set the parameter base_to_camera")
@@ -458,10 +486,12 @@ class StillmapNode(Node):
         if self.settings["wheels"]:
             camera.T_camera_base = np.linalg.inv(T_base_camera)
         while self.starts:
-            load = self.starts.pop(0)
+            load = self.starts[0]
             try:
                 self._use_map(camera, T_base_camera, load)
-            except stillmap.Error as error:
+            except (stillmap.Error, FrameError) as error:
+                self._mapper(camera, T_base_camera, None)  # raises what is not the map's fault
+                self.starts.pop(0)
                 own = self.map_file and load in (journal_of(self.map_file), Path(self.map_file))
                 self._tell(f"{load} cannot be used: {error}{keep_old(load) if own else ''}")
                 continue
@@ -471,14 +501,18 @@ class StillmapNode(Node):
         self._use_map(camera, T_base_camera, None)
 
     def _use_map(self, camera, T_base_camera, load):
+        mapper = self._mapper(camera, T_base_camera, load)
+        self.mapper, self.changes = mapper, Changes()
+        self.T_map_odom = None
+        if self.map_file:
+            self.mapper.keep_journal(self.map_file)
+
+    def _mapper(self, camera, T_base_camera, load):
         mapper = Mapper(camera, self.options, T_base_camera, self.visual_odometry, stereo=self.settings["stereo"],
                         masks=self.settings["masks"], load=load, extend=self.extend)
         if self.settings["zones"]:
             mapper.watch(self.settings["zones"])
-        self.mapper, self.changes = mapper, Changes()
-        self.T_map_odom = np.eye(4)
-        if self.map_file:
-            self.mapper.keep_journal(self.map_file)
+        return mapper
 
     def _publish_pose(self, located):
         map_frame, odom_frame = self.settings["map_frame"], self.settings["odom_frame"]
@@ -495,8 +529,9 @@ class StillmapNode(Node):
                                "  fix: let the robot's odometry publish it, or set publish_odom")
             if T_odom_base is not None:
                 self.T_map_odom = located.T_map_base @ inverse(T_odom_base)
-        ahead = located.time + round(1e9 * self.settings["transform_tolerance"])
-        transforms.append(messages.transform_of(self.T_map_odom, ahead, map_frame, odom_frame))
+        if self.T_map_odom is not None and not located.elsewhere:
+            ahead = located.time + round(1e9 * self.settings["transform_tolerance"])
+            transforms.append(messages.transform_of(self.T_map_odom, ahead, map_frame, odom_frame))
         self.tf.publish(TFMessage(transforms=transforms))
         if located.T_map_base is not None:
             self.pose.publish(messages.pose_message(located.T_map_base, located.covariance, located.time, map_frame))
@@ -568,13 +603,13 @@ class StillmapNode(Node):
             self.get_logger().info(response.message)
         except Exception as error:  # noqa: BLE001 - the caller gets the reason
             response.success, response.message = False, str(error) or type(error).__name__
-            self._tell(response.message)
+            self.get_logger().warning(response.message)
         return response
 
     def _save(self):
         """Saves the map to map_file. Returns what was done. Any thread may call it."""
         if self.mapper is None:
-            raise RuntimeError("there is no map yet")
+            raise RuntimeError("there is no map yet\n  fix: wait for the first image")
         if not self.map_file:
             raise RuntimeError("no file is named\n  fix: set the parameter map_file")
         self.mapper.save(self.map_file)
@@ -584,16 +619,17 @@ class StillmapNode(Node):
         return self._answer(response, self._save)
 
     def _load_map(self, request, response):
-        file = Path(request.map_url.removeprefix("file://"))
+        file = Path(request.map_url.removeprefix("file://")).expanduser().absolute()
 
         def load():
             if not file.is_file() and not (file / "run.map").is_file():
-                raise FileNotFoundError(f"there is no map {file}")
+                raise FileNotFoundError(f"there is no map {request.map_url}\n  fix: name a saved map, or the folder of a run")
             if self.mapper is None:
                 self.starts = [file]
-                own = self.map_file and Path(self.map_file).absolute() == file.absolute()
+                own = self.map_file and Path(self.map_file) == file
                 return f"starts in the map {file} with the first image{'' if own else keep_old(self.map_file)}"
             reason = self.mapper.load(file)
+            self.T_map_odom = None
             return f"the map {file} is loaded; {reason}" if reason else f"the camera is in the map {file}"
         answer = self._answer(Trigger.Response(), lambda: self._on_tracker(load))
         response.result = LoadMap.Response.RESULT_SUCCESS
@@ -607,6 +643,7 @@ class StillmapNode(Node):
         """Leaves the present map; the next frame starts a new one, which is extended."""
         self.extend = True
         if self.mapper is not None and self.map_file:
+            self._save()
             journal_of(self.map_file).unlink(missing_ok=True)
         self.mapper, self.starts, self.newest_grid, self.images.info = None, [], None, None
         return f"starts a new map, which is extended{keep_old(self.map_file)}"
@@ -646,7 +683,7 @@ class StillmapNode(Node):
     def _publish_diagnostics(self):
         now = time.monotonic()
         if self.images.missing():
-            self._tell(f"waits for {', '.join(self.images.missing())}")
+            self._tell(f"waits for {', '.join(self.images.missing())}\n  fix: remap the topics to those of `ros2 topic list`")
         elif not self.paused and self.images.newest is not None and now - self.images.newest > SILENCE:
             self._tell(f"no images for {now - self.images.newest:.0f} s")
         recent = [text.replace("\n  fix", "; fix") for seen, text, _ in self.problems.values() if now - seen < SHOWN]
@@ -673,41 +710,51 @@ class StillmapNode(Node):
         self.diagnostics.publish(array)
 
     def close(self):
-        """Ends the threads, and writes the map and the results."""
+        """Ends the threads, and writes the map and the results. Returns what could not be written."""
         self.stopping.set()
         self.images.close()
         for thread in self.threads:
             thread.join()
         if self.mapper is None:
-            return
+            return []
         results = self.mapper.slam.finish() if self.settings["results"] else None
-        if self.map_file:
-            self.get_logger().info(self._save())
-            journal_of(self.map_file).unlink(missing_ok=True)
-            frame_file_of(journal_of(self.map_file)).unlink(missing_ok=True)
-        if results is not None:
-            results.write(self.settings["results"])
+        failures = []
+        for write in ([self._save_at_the_end] if self.map_file else []) + (
+                [lambda: results.write(self.settings["results"])] if results is not None else []):
+            try:
+                write()
+            except (OSError, RuntimeError) as error:
+                failures.append(str(error))
+        return failures
+
+    def _save_at_the_end(self):
+        self.get_logger().info(self._save())
+        for file in (journal_of(self.map_file), frame_file_of(journal_of(self.map_file))):
+            file.unlink(missing_ok=True)
 
 
 def main():
-    rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
-    node = None
     try:
+        rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
         node = StillmapNode()
-        node.start()
+    except KeyboardInterrupt:
+        return
+    except Exception as error:  # noqa: BLE001 - of ROS, too, such as for a parameter of two types
+        sys.exit(f"stillmap: {error}")
+    node.start()
+    try:
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
-        if node is None:
-            return
-    except (ParameterError, stillmap.Error) as error:
-        sys.exit(f"stillmap: {error}")
+        pass
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)  # A second Ctrl-C does not lose the map.
-    node.close()
+    failures = node.close()
     node.destroy_node()
     rclpy.try_shutdown()
+    if failures:
+        sys.exit("\n".join(f"stillmap: not written: {failure}" for failure in failures))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/map_changes.hpp"
+
+#include "stillmap/base/error.hpp"
+#include "stillmap/base/fnv1a.hpp"
+#include "stillmap/dense/dense_map.hpp"
+#include "stillmap/dense/projected_points.hpp"
+#include "stillmap/geometry/depth_visibility.hpp"
+#include "stillmap/geometry/voxel_key.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr double kVoxel = 0.02;      // side of the voxels of the compared surfaces [m]
+constexpr double kNeighbors = 0.05;  // side of voxels; objects have gaps of two at most [m]
+/// Number of views that see through a surface which the other map does not contain, and their least
+/// ratio to views that show it: its edges, at errors of poses and depths.
+constexpr int kLeastThrough = 2, kThroughPerShown = 4;
+/// Least size of an object: number of points, and the largest and the second largest side of its
+/// box [m]. Smaller ones are errors of the depth at edges.
+constexpr std::size_t kLeastPoints = 40;
+constexpr double kLeastLength = 0.12, kLeastWidth = 0.08;
+/// Largest differences of the extents [m, and relative] and of the mean color [0..255] of an object
+/// that moved: other sides of it were seen.
+constexpr double kExtentMeters = 0.08, kExtentRelative = 0.35, kColor = 40;
+
+/// The views of one visit, placed in the common world, and their surface.
+struct Visited {
+  std::vector<PosedView> views;
+  std::vector<Eigen::Vector3f> points;
+  std::vector<Rgb> colors;
+};
+
+/// Views of the other visit for and against a point.
+struct Votes {
+  int through = 0, shown = 0;
+  bool absent() const { return through >= kLeastThrough && through > kThroughPerShown * shown; }
+  bool compared() const { return through + shown > 0; }
+};
+
+/// A group of neighboring points, which may be an object.
+struct Cluster {
+  ChangedSurface surface;
+  Eigen::Vector3d extents;  // along the principal axes, in ascending order [m]
+  Eigen::Vector3d color;    // mean R G B
+};
+
+std::uint64_t hash_of(const DenseView& view) {
+  std::uint64_t hash = fnv1a("");
+  for (int row = 0; row < view.depth.rows; ++row) {
+    const auto* depth = reinterpret_cast<const char*>(view.depth.ptr(row));
+    const auto* color = reinterpret_cast<const char*>(view.color.ptr(row));
+    hash = fnv1a({depth, view.depth.cols * view.depth.elemSize()}, hash);
+    hash = fnv1a({color, view.color.cols * view.color.elemSize()}, hash);
+  }
+  view.drop_pages();
+  return hash;
+}
+
+std::set<std::uint64_t> hashes_of(const NamedMap& map) {
+  if (map.saved.views.empty()) {
+    throw Error("contains no dense map: it was saved with --slim-map", map.name,
+                "save the map without --slim-map");
+  }
+  std::set<std::uint64_t> hashes;
+  for (const AnchoredView& view : map.saved.views) hashes.insert(hash_of(view.view));
+  return hashes;
+}
+
+/// Fuses the views of a visit, given by their positions in the merged map.
+Visited visited(const SavedMap& merged, const ViewPoses& poses, DenseOptions options) {
+  options.voxel = kVoxel;
+  DenseMap dense(merged.map.camera, options);
+  for (const auto& [id, pose] : poses) dense.add(id, merged.views[id].view);
+  const PlacedMap placed = dense.place(pose_lookup(poses));
+  Visited visit;
+  for (const auto& [id, pose] : poses) visit.views.push_back({&merged.views[id].view, pose});
+  visit.points = placed.points;
+  for (const std::uint32_t cell : placed.cells) visit.colors.push_back(placed.grid->color(cell));
+  return visit;
+}
+
+/// Returns whether a view shows a static surface at a point, camera frame [m].
+bool shows(const DenseView& view, const ProjectedPoint& p, const DepthPolynomial<float>& margin) {
+  const int row = p.row + (p.down > 0.5F), col = p.col + (p.right > 0.5F);
+  const float z = view.depth(row, col) * DenseView::kDepthUnit;
+  return view.kind(row, col) != kMoverSurface &&
+         visibility_of(p.z, z, margin.at(z)) == Visibility::kOnSurface;
+}
+
+/// Returns the votes of the views of the other visit on each point.
+std::vector<Votes> votes_on(const std::vector<Eigen::Vector3f>& points,
+                            const std::vector<PosedView>& views) {
+  std::vector<Votes> votes(points.size());
+  const PointGroups groups(points);
+  for (const PosedView& posed : views) {
+    const PlacedView placed(*posed.view, posed.T_world_camera);
+    const auto margin = see_through_margin(posed.view->camera.depth_sensor);
+    groups.for_each_in(
+        ViewProjection(posed), all_threads(), [&](std::size_t i, const ProjectedPoint& projected) {
+          Votes& of_point = votes[groups.place(i)];
+          if (placed.at(placed.in_camera(groups.point(i))) == VoxelVote::kSeenThrough)
+            ++of_point.through;
+          else if (shows(*posed.view, projected, margin))
+            ++of_point.shown;
+        });
+    posed.view->drop_pages();
+  }
+  return votes;
+}
+
+double compared_share(const std::vector<Votes>& votes) {
+  const auto compared = std::ranges::count_if(votes, &Votes::compared);
+  return votes.empty() ? 0 : static_cast<double>(compared) / static_cast<double>(votes.size());
+}
+
+/// Returns the lists of neighboring absent points. Voxels count in which most points are absent.
+std::vector<std::vector<std::size_t>> groups_of_absent(const std::vector<Eigen::Vector3f>& points,
+                                                       const std::vector<Votes>& votes) {
+  struct Place {
+    std::vector<std::size_t> absent;
+    std::size_t points = 0;
+  };
+  std::map<Voxel, Place> places;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto voxel = voxel_at(points[i].cast<double>(), kNeighbors);
+    if (!voxel) continue;
+    Place& place = places[*voxel];
+    ++place.points;
+    if (votes[i].absent()) place.absent.push_back(i);
+  }
+  std::erase_if(places, [](const auto& p) { return 2 * p.second.absent.size() < p.second.points; });
+  std::vector<std::vector<std::size_t>> groups;
+  while (!places.empty()) {
+    std::vector<std::size_t> group;
+    std::vector<Voxel> open{places.begin()->first};
+    while (!open.empty()) {
+      const Voxel voxel = open.back();
+      open.pop_back();
+      const auto place = places.find(voxel);
+      if (place == places.end()) continue;
+      group.insert(group.end(), place->second.absent.begin(), place->second.absent.end());
+      places.erase(place);
+      for (int n = 0; n < 125; ++n)
+        open.push_back(voxel_of(lattice_of(voxel) + Lattice(n / 25 - 2, n / 5 % 5 - 2, n % 5 - 2)));
+    }
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+/// Returns the extents of points along their principal axes without the outermost 5 %, ascending.
+Eigen::Vector3d extents_of(const std::vector<Eigen::Vector3f>& points) {
+  Eigen::Matrix3Xd at(3, std::ssize(points));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    at.col(static_cast<Eigen::Index>(i)) = points[i].cast<double>();
+  const Eigen::Matrix3Xd centered = at.colwise() - at.rowwise().mean();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(centered * centered.transpose());
+  const Eigen::Matrix3Xd along = axes.eigenvectors().transpose() * centered;
+  Eigen::Vector3d extents;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values(along.row(axis).begin(), along.row(axis).end());
+    std::ranges::sort(values);
+    const std::size_t skipped = values.size() / 20;
+    extents[axis] = values[values.size() - 1 - skipped] - values[skipped];
+  }
+  std::ranges::sort(extents);
+  return extents;
+}
+
+/// Returns the most frequent class that the network detected at the points; empty without one.
+std::string class_at(const std::vector<Eigen::Vector3f>& points,
+                     const std::vector<PosedView>& views) {
+  std::map<std::string, int> counts;
+  for (const PosedView& posed : views) {
+    if (posed.view->instances.empty()) continue;
+    const ViewProjection projection(posed);
+    const auto margin = see_through_margin(posed.view->camera.depth_sensor);
+    for (const Eigen::Vector3f& point : points) {
+      const auto projected = projection(point);
+      if (!projected || !shows(*posed.view, *projected, margin)) continue;
+      const int instance = posed.view->instance_at(projected->row, projected->col);
+      ++counts[instance < 0 ? "" : posed.view->instances[instance].class_name];
+    }
+    posed.view->drop_pages();
+  }
+  const auto most = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; });
+  return most == counts.end() ? "" : most->first;
+}
+
+/// Returns the objects of a visit that the other one does not contain.
+std::vector<Cluster> absent_objects(const Visited& visit, const std::vector<Votes>& votes) {
+  std::vector<Cluster> objects;
+  for (const auto& group : groups_of_absent(visit.points, votes)) {
+    if (group.size() < kLeastPoints) continue;
+    Cluster object;
+    object.color.setZero();
+    for (const std::size_t i : group) {
+      object.surface.points.push_back(visit.points[i]);
+      object.surface.box.extend(visit.points[i].cast<double>());
+      for (int channel = 0; channel < 3; ++channel)
+        object.color[channel] += visit.colors[i][static_cast<std::size_t>(channel)];
+    }
+    object.color /= static_cast<double>(group.size());
+    Eigen::Vector3d sides = object.surface.box.sizes();
+    std::ranges::sort(sides);
+    if (sides[2] < kLeastLength || sides[1] < kLeastWidth) continue;
+    object.extents = extents_of(object.surface.points);
+    object.surface.class_name = class_at(object.surface.points, visit.views);
+    objects.push_back(std::move(object));
+  }
+  return objects;
+}
+
+/// Returns how different two surfaces are, at most 1 for the same object, or infinity.
+double difference(const Cluster& a, const Cluster& b) {
+  constexpr double kOther = std::numeric_limits<double>::infinity();
+  const std::string &of_a = a.surface.class_name, &of_b = b.surface.class_name;
+  if (!of_a.empty() && !of_b.empty() && of_a != of_b) return kOther;
+  double largest = (a.color - b.color).cwiseAbs().maxCoeff() / kColor;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double allowed =
+        std::max(kExtentMeters, kExtentRelative * std::max(a.extents[axis], b.extents[axis]));
+    largest = std::max(largest, std::abs(a.extents[axis] - b.extents[axis]) / allowed);
+  }
+  return largest <= 1 ? largest : kOther;
+}
+
+/// Joins what went and what appeared to changes, the most similar pairs first.
+std::vector<MapChange> joined(std::vector<Cluster> gone, std::vector<Cluster> appeared) {
+  std::vector<std::array<double, 3>> pairs;  // difference, and the two positions
+  for (std::size_t i = 0; i < gone.size(); ++i) {
+    for (std::size_t k = 0; k < appeared.size(); ++k) {
+      const double d = difference(gone[i], appeared[k]);
+      if (d <= 1) pairs.push_back({d, static_cast<double>(i), static_cast<double>(k)});
+    }
+  }
+  std::ranges::sort(pairs);
+  std::vector<MapChange> changes;
+  std::vector<bool> moved_from(gone.size()), moved_to(appeared.size());
+  for (const auto& [d, from, to] : pairs) {
+    const auto i = static_cast<std::size_t>(from), k = static_cast<std::size_t>(to);
+    if (moved_from[i] || moved_to[k]) continue;
+    moved_from[i] = moved_to[k] = true;
+    changes.push_back({std::move(gone[i].surface), std::move(appeared[k].surface)});
+  }
+  for (std::size_t i = 0; i < gone.size(); ++i)
+    if (!moved_from[i]) changes.push_back({std::move(gone[i].surface), std::nullopt});
+  for (std::size_t k = 0; k < appeared.size(); ++k)
+    if (!moved_to[k]) changes.push_back({std::nullopt, std::move(appeared[k].surface)});
+  return changes;
+}
+
+std::size_t points_of(const MapChange& change) {
+  return (change.before ? change.before->points.size() : 0) +
+         (change.after ? change.after->points.size() : 0);
+}
+
+const char* kind_of(const MapChange& change) {
+  if (!change.before) return "appeared";
+  return change.after ? "moved" : "went";
+}
+
+std::pair<double, double> times_of(const SavedMap& map) {
+  std::pair<double, double> times{std::numeric_limits<double>::infinity(),
+                                  -std::numeric_limits<double>::infinity()};
+  for (const Keyframe& k : map.map.keyframes) {
+    times.first = std::min(times.first, k.timestamp);
+    times.second = std::max(times.second, k.timestamp);
+  }
+  return times;
+}
+
+nlohmann::json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+nlohmann::json surface_json(const ChangedSurface& surface) {
+  return {{"center", vector_json(surface.box.center())},
+          {"min", vector_json(surface.box.min())},
+          {"max", vector_json(surface.box.max())},
+          {"points", surface.points.size()}};
+}
+
+std::string class_of(const MapChange& change) {
+  for (const auto& surface : {change.before, change.after})
+    if (surface && !surface->class_name.empty()) return surface->class_name;
+  return "unknown";
+}
+
+std::string surface_text(const ChangedSurface& surface) {
+  const Eigen::Vector3d at = surface.box.center(), size = surface.box.sizes();
+  return fmt::format("at ({:.2f}, {:.2f}, {:.2f}), {:.2f} x {:.2f} x {:.2f} m", at.x(), at.y(),
+                     at.z(), size.x(), size.y(), size.z());
+}
+
+}  // namespace
+
+MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& options) {
+  MapChanges found;
+  std::tie(found.begin_before, found.end_before) = times_of(before.saved);
+  std::tie(found.begin_after, found.end_after) = times_of(after.saved);
+  const std::set<std::uint64_t> of_before = hashes_of(before);
+  hashes_of(after);
+  std::vector<NamedMap> maps;
+  maps.push_back(std::move(before));
+  maps.push_back(std::move(after));
+  const MergedMap merged = merge_maps(std::move(maps), options, "changes");
+  if (!merged.pairs.front().connected) {
+    throw Error("shows no place of " + merged.names[0] + ": " + merged.pairs.front().reason,
+                merged.names[1], "name maps of the same place");
+  }
+  found.world = merged.names.front();
+  ViewPoses poses_before, poses_after;
+  for (const auto& [id, pose] : view_poses(merged.saved)) {
+    const bool is_before = of_before.contains(hash_of(merged.saved.views[id].view));
+    (is_before ? poses_before : poses_after)[id] = pose;
+  }
+  const Visited first = visited(merged.saved, poses_before, options.dense);
+  const Visited second = visited(merged.saved, poses_after, options.dense);
+  const std::vector<Votes> on_first = votes_on(first.points, second.views);
+  const std::vector<Votes> on_second = votes_on(second.points, first.views);
+  found.compared_before = compared_share(on_first);
+  found.compared_after = compared_share(on_second);
+  found.changes = joined(absent_objects(first, on_first), absent_objects(second, on_second));
+  std::ranges::stable_sort(found.changes, std::greater(), points_of);
+  return found;
+}
+
+std::string changes_text(const MapChanges& changes) {
+  std::string text;
+  for (const MapChange& change : changes.changes) {
+    text += fmt::format("{:<9}{:<14}", kind_of(change), class_of(change));
+    if (change.before) text += surface_text(*change.before);
+    if (change.before && change.after) text += ", now ";
+    if (change.after) text += surface_text(*change.after);
+    text += "\n";
+  }
+  return text +
+         fmt::format(
+             "{} changes; compared: {:.0f} % of the surface before, {:.0f} % of that after\n",
+             changes.changes.size(), 100 * changes.compared_before, 100 * changes.compared_after);
+}
+
+nlohmann::json changes_json(const MapChanges& changes) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const MapChange& change : changes.changes) {
+    nlohmann::json one{{"kind", kind_of(change)}, {"class", class_of(change)}};
+    if (change.before) one["before"] = surface_json(*change.before);
+    if (change.after) one["after"] = surface_json(*change.after);
+    list.push_back(std::move(one));
+  }
+  return {{"changes", std::move(list)},
+          {"world", changes.world},
+          {"before",
+           {{"begin", changes.begin_before},
+            {"end", changes.end_before},
+            {"compared", changes.compared_before}}},
+          {"after",
+           {{"begin", changes.begin_after},
+            {"end", changes.end_after},
+            {"compared", changes.compared_after}}}};
+}
+
+Cloud changes_cloud(const MapChanges& changes) {
+  constexpr Rgb kWent{214, 39, 40}, kAppeared{44, 160, 44}, kFrom{148, 103, 189}, kTo{31, 119, 180};
+  Cloud cloud;
+  for (const auto& [before, after] : changes.changes) {
+    if (before)
+      for (const auto& p : before->points) cloud.add(p, after ? kFrom : kWent);
+    if (after)
+      for (const auto& p : after->points) cloud.add(p, before ? kTo : kAppeared);
+  }
+  return cloud;
+}
+
+}  // namespace stillmap

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "stillmap/dense/cloud.hpp"
+#include "stillmap/pipeline/merge_maps.hpp"
+#include "stillmap/pipeline/slam_parameters.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <nlohmann/json_fwd.hpp>
+
+namespace stillmap {
+
+/// The surface of an object in one of two maps, which the other one does not contain although it
+/// shows the place.
+struct ChangedSurface {
+  std::vector<Eigen::Vector3f> points;  ///< One per voxel of the map [m].
+  Eigen::AlignedBox3d box;              ///< Along the axes of the world [m].
+  std::string class_name;  ///< Most frequent class by the network; empty: none was detected.
+};
+
+/// An object that appeared, went away, or moved between two visits of a place.
+struct MapChange {
+  std::optional<ChangedSurface> before;  ///< None: it appeared.
+  std::optional<ChangedSurface> after;   ///< None: it went away. Both: it moved.
+};
+
+/// Changes from one map to another.
+struct MapChanges {
+  std::vector<MapChange> changes;  ///< By the number of their points, the largest first.
+  /// Part of the surfaces of each map that the views of the other one show, or see through [0..1];
+  /// the rest was not seen, and is no change.
+  double compared_before = 0, compared_after = 0;
+  std::string world;  ///< Name of the map whose world frame is that of the changes: the older one.
+  double begin_before = 0, end_before = 0, begin_after = 0, end_after = 0;  ///< Times of views [s].
+};
+
+/// Finds what changed between two visits, of seconds or months: the maps are merged (merge_maps()),
+/// and a surface of one counts as absent from the other if at least two views of the other see
+/// through it, and hardly any view shows it. Neighboring points of absent surfaces are an object;
+/// one that went and one that appeared with about the same extent and color are one that moved.
+/// Objects smaller than about 15 cm, and people, who are in no map, are not found. Views that both
+/// maps contain, as after a run that began in `before`, belong to `before`.
+///
+/// Throws Error if the maps have no dense views or show no common place, and as merge_maps().
+MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& options);
+
+/// Returns the changes as text, one line each.
+std::string changes_text(const MapChanges& changes);
+/// Returns the changes as JSON, without their points.
+nlohmann::json changes_json(const MapChanges& changes);
+/// Returns the points of all changes: what went in red, what appeared in green, and what moved in
+/// violet before and in blue after.
+Cloud changes_cloud(const MapChanges& changes);
+
+}  // namespace stillmap

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/pipeline/map_changes.hpp"
+
+#include "stillmap/base/test_error.hpp"
+#include "stillmap/pipeline/visits_test.hpp"
+
+#include <map>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+using ::testing::HasSubstr;
+
+NamedMap map_of(const std::string& name) {
+  static std::map<std::string, SavedMap> made;
+  if (!made.contains(name)) made[name] = visits::run(visits::visit(name)).map;
+  return {name, made.at(name)};
+}
+
+MapChanges changes(const std::string& before, const std::string& after) {
+  return find_changes(map_of(before), map_of(after), recorded::small_options("static"));
+}
+
+using Boxes = std::map<std::string, Eigen::AlignedBox3f>;
+
+/// Returns the piece of furniture within 20 cm of the center of a surface; empty: there is none.
+std::string piece_at(const ChangedSurface& surface, const std::string& world, const Boxes& pieces) {
+  const Pose T_truth_map = visits::visit(world).sequence->T_world_camera(0);
+  const Eigen::Vector3d center = T_truth_map * surface.box.center();
+  for (const auto& [name, box] : pieces) {
+    if (!box.isEmpty() && box.cast<double>().exteriorDistance(center) < 0.2) return name;
+  }
+  return {};
+}
+
+TEST(MapChanges, TheObjectsThatChangedAreFoundAndNoOthers) {
+  Boxes first, second;
+  for (const Rearrangement& piece : visits::visit("xyz").sequence->scene().rearranged) {
+    first[piece.name] = piece.first;
+    second[piece.name] = piece.second;
+  }
+  const MapChanges found = changes("xyz", "rearranged");
+  std::set<std::string> went, appeared;
+  for (const auto& [before, after] : found.changes) {
+    if (before) went.insert(piece_at(*before, found.world, first));
+    if (after) appeared.insert(piece_at(*after, found.world, second));
+  }
+  EXPECT_EQ(went, (std::set<std::string>{"bin", "printer", "shelf"})) << changes_text(found);
+  EXPECT_EQ(appeared, (std::set<std::string>{"cabinet", "parcel"})) << changes_text(found);
+  EXPECT_EQ(changes_json(found)["changes"].size(), found.changes.size());
+  std::size_t points = 0;
+  for (const auto& [before, after] : found.changes)
+    points += (before ? before->points.size() : 0) + (after ? after->points.size() : 0);
+  EXPECT_EQ(changes_cloud(found).size(), points);
+}
+
+TEST(MapChanges, AnotherPathIsNoChange) {
+  const MapChanges found = changes("xyz", "slower");
+  EXPECT_TRUE(found.changes.empty()) << changes_text(found);
+  EXPECT_GT(found.compared_before, 0.9);
+  EXPECT_GT(found.compared_after, 0.9);
+}
+
+TEST(MapChanges, MapsOfOtherPlacesOrWithoutViewsAreErrors) {
+  EXPECT_THAT(test::error_of([] { changes("rpy", "corner"); }), HasSubstr("shows no place of"));
+  NamedMap slim = map_of("xyz");
+  slim.saved.views.clear();
+  EXPECT_THAT(test::error_of([&] {
+                find_changes(map_of("slower"), std::move(slim), recorded::small_options("static"));
+              }),
+              HasSubstr("contains no dense map"));
+}
+
+}  // namespace
+}  // namespace stillmap
