@@ -5,11 +5,12 @@
 
 Renders visits of the office with `stillmap simulate --visit`: of each seed the first visit, the same with another path, and
 the second one, maps each, and compares the maps with `stillmap map changes`. A reported surface is right if its center lies
-within 20 cm of the box of a piece of furniture that truly is there at that visit only; a piece is found if a right surface
-belongs to it. Between the two first visits nothing has changed.
+within 20 cm of the box of a piece of furniture that truly is there at that visit only; a piece of which the camera saw five
+square decimeters is found if a right surface belongs to it. Between the two first visits nothing has changed.
 
 Written to OUT: changes.md (printed at the end), changes.json, and a folder per recording, run and comparison.
 """
+import array
 import csv
 import math
 from pathlib import Path
@@ -17,6 +18,7 @@ from pathlib import Path
 from lab import core
 
 NEAR = 0.2  # [m]
+SEEN = 500  # points of surface.ply, one per square centimeter
 VISITS = {"first": ["--visit", 1], "again": ["--visit", 1, "--speed", 0.85], "second": ["--visit", 2, "--speed", 1.15]}
 
 
@@ -64,6 +66,20 @@ def pieces_of(recording):
     return {row["name"]: (box(row, "first"), box(row, "second")) for row in rows}
 
 
+def seen_pieces(recording, pieces, side):
+    """Returns the names of the pieces of which a visit saw enough."""
+    header, _, data = (recording / "surface.ply").read_bytes().partition(b"end_header\n")
+    count = int(header.split(b"element vertex ")[1].split()[0])
+    values = array.array("f", data[:12 * count])
+    seen = dict.fromkeys((name for name, boxes in pieces.items() if boxes[side]), 0)
+    for x, y, z in zip(values[0::3], values[1::3], values[2::3]):
+        for name in seen:
+            low, high = pieces[name][side]
+            if low[0] <= x <= high[0] and low[1] <= y <= high[1] and low[2] + 0.03 < z <= high[2]:  # not the floor
+                seen[name] += 1
+    return {name for name, points in seen.items() if points >= SEEN}
+
+
 def found_between(arguments, before, after, name):
     """Returns the surfaces that differ between two runs: (side, kind, center in the truth's world)."""
     folder = arguments.out / name
@@ -82,11 +98,11 @@ def piece_at(pieces, side, center):
     return name if distances[name] < NEAR else None
 
 
-def counts(surfaces, pieces):
+def counts(surfaces, pieces, recordings):
     found = [piece_at(pieces, side, center) for side, _, center in surfaces]
-    truth = {(name, side) for name, boxes in pieces.items() for side in (0, 1) if boxes[side]}
-    right = {(name, side) for name, (side, _, _) in zip(found, surfaces) if name}
-    moved = {name for name, boxes in pieces.items() if all(boxes)}
+    truth = {(name, side) for side in (0, 1) for name in seen_pieces(recordings[side], pieces, side)}
+    right = {(name, side) for name, (side, _, _) in zip(found, surfaces) if name} & truth
+    moved = {name for name, _ in truth if {(name, 0), (name, 1)} <= truth}
     told = {name for name, (_, kind, _) in zip(found, surfaces) if name in moved and kind == "moved"}
     return {"surfaces that changed": len(truth), "found": len(right), "reported": len(surfaces),
             "false": sum(name is None for name in found), "moved pieces": len(moved), "told as moved": len(told),
@@ -101,7 +117,7 @@ def main(arguments):
         pieces = pieces_of(runs["first"][0])
         for before, after in (("first", "second"), ("again", "second")):
             surfaces = found_between(arguments, runs[before][1], runs[after][1], f"{before}-{after}-{seed}")
-            lines.append({"seed": seed, "visits": f"{before}, {after}", **counts(surfaces, pieces)})
+            lines.append({"seed": seed, "visits": f"{before}, {after}", **counts(surfaces, pieces, (runs[before][0], runs[after][0]))})
         surfaces = found_between(arguments, runs["first"][1], runs["again"][1], f"unchanged-{seed}")
         lines.append({"seed": seed, "visits": "first, again", "surfaces that changed": 0, "found": 0,
                       "reported": len(surfaces), "false": len(surfaces), "moved pieces": 0, "told as moved": 0, "missed": []})

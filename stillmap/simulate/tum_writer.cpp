@@ -89,7 +89,7 @@ struct Lists {
 /// The corners of a box; empty fields for an empty one.
 std::string box_fields(const Eigen::AlignedBox3f& box) {
   if (box.isEmpty()) return ",,,,,";
-  const Eigen::Vector3f a = box.min(), b = box.max();
+  const Eigen::Vector3f &a = box.min(), &b = box.max();
   return fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}", a.x(), a.y(), a.z(), b.x(), b.y(),
                      b.z());
 }
