@@ -83,6 +83,29 @@ def test_values_of_parameters():
             value_of("a", value, default)
 
 
+def rvl(pixels):
+    """The bytes of an image in RVL, number by number."""
+    nibbles, values, previous = [], [int(v) for v in pixels.ravel()], 0
+
+    def put(number):
+        while number > 7:
+            nibbles.append(number & 7 | 8)
+            number >>= 3
+        nibbles.append(number)
+    while values:
+        zeros = next((i for i, v in enumerate(values) if v), len(values))
+        others = next((i for i, v in enumerate(values[zeros:]) if not v), len(values) - zeros)
+        put(zeros)
+        put(others)
+        for value in values[zeros:zeros + others]:
+            difference, previous = value - previous, value
+            put(2 * difference if difference >= 0 else -2 * difference - 1)
+        values = values[zeros + others:]
+    nibbles += [0] * (-len(nibbles) % 8)
+    words = [sum(n << (28 - 4 * i) for i, n in enumerate(nibbles[k:k + 8])) for k in range(0, len(nibbles), 8)]
+    return struct.pack("<II", pixels.shape[1], pixels.shape[0]) + struct.pack(f"<{len(words)}I", *words)
+
+
 def test_compressed_images():
     png = cv2.imencode(".png", RGB[:, :, ::-1])[1].tobytes()
     np.testing.assert_array_equal(images.compressed_color(SimpleNamespace(data=png)), RGB)
@@ -97,7 +120,11 @@ def test_compressed_images():
     message.format = "32FC1; compressedDepth png"
     np.testing.assert_allclose(images.compressed_depth(message), z, rtol=1e-3)
     message.format = "16UC1; compressedDepth rvl"
-    with pytest.raises(images.ImageError, match="set the transport's format to png"):
+    for pixels in (DEPTH, np.where(RNG.random((6, 8)) < 0.4, 0, DEPTH), np.zeros((6, 8), int), np.full((6, 8), 65535)):
+        message.data = struct.pack("<iff", 1, 0, 0) + rvl(pixels)
+        np.testing.assert_array_equal(images.compressed_depth(message), pixels)
+    message.data = message.data[:-4]
+    with pytest.raises(images.ImageError, match="ends early"):
         images.compressed_depth(message)
     with pytest.raises(images.ImageError, match="cannot be decoded"):
         images.compressed_color(SimpleNamespace(data=b"no image"))

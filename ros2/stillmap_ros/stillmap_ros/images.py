@@ -15,6 +15,7 @@ COLOR = {"rgb8": (np.uint8, 3, SAME), "rgba8": (np.uint8, 4, SAME), "bgr8": (np.
 DEPTH = {"mono16": (np.uint16, 1, FIRST), "16UC1": (np.uint16, 1, FIRST), "32FC1": (np.float32, 1, FIRST)}
 # compressedDepth: format (0: PNG or RVL) as int32, and two floats of the quantization of 32FC1.
 DEPTH_HEADER = struct.Struct("<iff")
+RVL_HEADER = struct.Struct("<II")  # columns and rows
 
 
 class ImageError(ValueError):
@@ -55,12 +56,39 @@ def compressed_color(message):
     return pixels if pixels.ndim == 2 else pixels[:, :, 2::-1]
 
 
+def decoded_rvl(data):
+    """Returns uint16 pixels of Wilson's RVL ("Fast Lossless Depth Image Compression", 2017): runs of zeros and of others,
+    whose differences and lengths are numbers of nibbles with three bits each, the lowest first, and a bit that continues."""
+    columns, rows = RVL_HEADER.unpack_from(data)
+    words = np.frombuffer(data, "<u4", offset=RVL_HEADER.size, count=(len(data) - RVL_HEADER.size) // 4)
+    nibbles = (words[:, None] >> np.arange(28, -1, -4, dtype=np.uint32) & 15).ravel().astype(np.int64)
+    ends = np.flatnonzero(nibbles < 8)  # of the numbers; those after the last one only fill its word
+    starts = np.concatenate([[0], ends[:-1] + 1])[:len(ends)]
+    place = np.arange(starts.size and ends[-1] + 1) - np.repeat(starts, ends - starts + 1)
+    numbers = np.add.reduceat((nibbles[:len(place)] & 7) << (3 * place), starts) if len(place) else starts
+    pixels, at, read, previous = np.zeros(columns * rows, np.int64), 0, 0, 0
+    while at < len(pixels):
+        if read + 2 > len(numbers):
+            raise ImageError("a compressed depth image ends early")
+        zeros, others = numbers[read:read + 2]
+        differences = numbers[read + 2:read + 2 + others]
+        at, read = at + zeros, read + 2 + others
+        if len(differences) < others or at + others > len(pixels):
+            raise ImageError("a compressed depth image ends early")
+        if others:
+            run = previous + np.cumsum((differences >> 1) ^ -(differences & 1))
+            pixels[at:at + others], previous = run, run[-1]
+        at += others
+    return pixels.astype(np.uint16).reshape(rows, columns)
+
+
 def compressed_depth(message):
     """Returns uint16 [mm] or float32 [m] of a message of compressed_depth_image_transport."""
-    form, a, b = DEPTH_HEADER.unpack_from(message.data)
-    if form != 0 or "rvl" in message.format.lower():
-        raise ImageError("compressed depth in the format RVL is not read\n  fix: set the transport's format to png")
-    pixels = decoded(memoryview(message.data)[DEPTH_HEADER.size:], cv2.IMREAD_UNCHANGED)
+    if len(message.data) < DEPTH_HEADER.size + RVL_HEADER.size:
+        raise ImageError(f"a compressed depth image has {len(message.data)} bytes")
+    _, a, b = DEPTH_HEADER.unpack_from(message.data)
+    data = memoryview(message.data)[DEPTH_HEADER.size:]
+    pixels = decoded_rvl(data) if "rvl" in message.format.lower() else decoded(data, cv2.IMREAD_UNCHANGED)
     if not message.format.startswith("32FC1"):
         return pixels
     inverse = pixels.astype(np.float32)
