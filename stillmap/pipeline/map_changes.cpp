@@ -10,8 +10,8 @@
 #include "stillmap/pipeline/saved_views.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <compare>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -71,11 +71,13 @@ std::uint64_t hash_of(const DenseView& view) {
   return hash;
 }
 
+void require_views(const NamedMap& map) {
+  if (!map.saved.views.empty()) return;
+  throw Error("contains no dense map: it was saved with --slim-map", map.name,
+              "save the map without --slim-map");
+}
+
 std::set<std::uint64_t> hashes_of(const NamedMap& map) {
-  if (map.saved.views.empty()) {
-    throw Error("contains no dense map: it was saved with --slim-map", map.name,
-                "save the map without --slim-map");
-  }
   std::set<std::uint64_t> hashes;
   for (const AnchoredView& view : map.saved.views) hashes.insert(hash_of(view.view));
   return hashes;
@@ -242,18 +244,22 @@ double difference(const Cluster& a, const Cluster& b) {
 
 /// Joins what went and what appeared to changes, the most similar pairs first.
 std::vector<MapChange> joined(std::vector<Cluster> gone, std::vector<Cluster> appeared) {
-  std::vector<std::array<double, 3>> pairs;  // difference, and the two positions
+  struct Pair {
+    double difference;
+    std::size_t gone, appeared;
+    auto operator<=>(const Pair&) const = default;
+  };
+  std::vector<Pair> pairs;
   for (std::size_t i = 0; i < gone.size(); ++i) {
     for (std::size_t k = 0; k < appeared.size(); ++k) {
       const double d = difference(gone[i], appeared[k]);
-      if (d <= 1) pairs.push_back({d, static_cast<double>(i), static_cast<double>(k)});
+      if (d <= 1) pairs.push_back({d, i, k});
     }
   }
   std::ranges::sort(pairs);
   std::vector<MapChange> changes;
   std::vector<bool> moved_from(gone.size()), moved_to(appeared.size());
-  for (const auto& [d, from, to] : pairs) {
-    const auto i = static_cast<std::size_t>(from), k = static_cast<std::size_t>(to);
+  for (const auto& [d, i, k] : pairs) {
     if (moved_from[i] || moved_to[k]) continue;
     moved_from[i] = moved_to[k] = true;
     changes.push_back({std::move(gone[i].surface), std::move(appeared[k].surface)});
@@ -312,8 +318,9 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   MapChanges found;
   std::tie(found.begin_before, found.end_before) = times_of(before.saved);
   std::tie(found.begin_after, found.end_after) = times_of(after.saved);
+  require_views(before);
+  require_views(after);
   const std::set<std::uint64_t> of_before = hashes_of(before);
-  hashes_of(after);
   std::vector<NamedMap> maps;
   maps.push_back(std::move(before));
   maps.push_back(std::move(after));
