@@ -11,6 +11,7 @@
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/site_frame.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/report/changes_image.hpp"
 #include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/report/scene_export.hpp"
@@ -174,6 +175,7 @@ int changes(const MapArguments& arguments) {
   }();
   folder.write_text("changes.json", json_text(changes_json(found), 2) + "\n");
   folder.write("changes.ply", [&](const fs::path& file) { write_ply(file, changes_cloud(found)); });
+  folder.write("changes.png", [&](const fs::path& file) { write_png(file, draw_changes(found)); });
   print_out("{}{}", changes_text(found), folder.written_text());
   folder.require_all();
   return kSuccess;
@@ -395,7 +397,9 @@ void add_map_command(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(2)
       ->type_name("FILE or DIR");
-  comparing->add_option("-o,--out", arguments->out, "folder for changes.json and changes.ply")
+  comparing
+      ->add_option("-o,--out", arguments->out,
+                   "folder for changes.json, changes.ply and changes.png")
       ->required()
       ->type_name("DIR");
   add_force_option(*comparing, arguments->force);

@@ -41,8 +41,7 @@ constexpr double kExtentMeters = 0.08, kExtentRelative = 0.35, kColor = 40;
 /// The views of one visit, placed in the common world, and their surface.
 struct Visited {
   std::vector<PosedView> views;
-  std::vector<Eigen::Vector3f> points;
-  std::vector<Rgb> colors;
+  Cloud cloud;
 };
 
 /// Views of the other visit for and against a point.
@@ -91,8 +90,8 @@ Visited visited(const SavedMap& merged, const ViewPoses& poses, DenseOptions opt
   const PlacedMap placed = dense.place(pose_lookup(poses));
   Visited visit;
   for (const auto& [id, pose] : poses) visit.views.push_back({&merged.views[id].view, pose});
-  visit.points = placed.points;
-  for (const std::uint32_t cell : placed.cells) visit.colors.push_back(placed.grid->color(cell));
+  for (std::size_t i = 0; i < placed.cells.size(); ++i)
+    visit.cloud.add(placed.points[i], placed.grid->color(placed.cells[i]));
   return visit;
 }
 
@@ -207,15 +206,16 @@ std::string class_at(const std::vector<Eigen::Vector3f>& points,
 /// Returns the objects of a visit that the other one does not contain.
 std::vector<Cluster> absent_objects(const Visited& visit, const std::vector<Votes>& votes) {
   std::vector<Cluster> objects;
-  for (const auto& group : groups_of_absent(visit.points, votes)) {
+  const Cloud& cloud = visit.cloud;
+  for (const auto& group : groups_of_absent(cloud.points, votes)) {
     if (group.size() < kLeastPoints) continue;
     Cluster object;
     object.color.setZero();
     for (const std::size_t i : group) {
-      object.surface.points.push_back(visit.points[i]);
-      object.surface.box.extend(visit.points[i].cast<double>());
+      object.surface.points.push_back(cloud.points[i]);
+      object.surface.box.extend(cloud.points[i].cast<double>());
       for (int channel = 0; channel < 3; ++channel)
-        object.color[channel] += visit.colors[i][static_cast<std::size_t>(channel)];
+        object.color[channel] += cloud.colors[i][static_cast<std::size_t>(channel)];
     }
     object.color /= static_cast<double>(group.size());
     Eigen::Vector3d sides = object.surface.box.sizes();
@@ -281,14 +281,21 @@ const char* kind_of(const MapChange& change) {
   return change.after ? "moved" : "went";
 }
 
-std::pair<double, double> times_of(const SavedMap& map) {
-  std::pair<double, double> times{std::numeric_limits<double>::infinity(),
-                                  -std::numeric_limits<double>::infinity()};
-  for (const Keyframe& k : map.map.keyframes) {
-    times.first = std::min(times.first, k.timestamp);
-    times.second = std::max(times.second, k.timestamp);
-  }
-  return times;
+ComparedMap described(const NamedMap& map) {
+  const auto [first, last] =
+      std::ranges::minmax_element(map.saved.map.keyframes, {}, &Keyframe::timestamp);
+  return {.name = map.name,
+          .begin = first->timestamp,
+          .end = last->timestamp,
+          .cloud = {},
+          .cameras = {}};
+}
+
+void complete(const std::vector<Votes>& votes, Visited visit, ComparedMap& map) {
+  map.compared = compared_share(votes);
+  for (const PosedView& view : visit.views)
+    map.cameras.push_back({static_cast<double>(map.cameras.size()), view.T_world_camera});
+  map.cloud = std::move(visit.cloud);
 }
 
 nlohmann::json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -298,6 +305,10 @@ nlohmann::json surface_json(const ChangedSurface& surface) {
           {"min", vector_json(surface.box.min())},
           {"max", vector_json(surface.box.max())},
           {"points", surface.points.size()}};
+}
+
+nlohmann::json map_json(const ComparedMap& map) {
+  return {{"name", map.name}, {"begin", map.begin}, {"end", map.end}, {"compared", map.compared}};
 }
 
 std::string class_of(const MapChange& change) {
@@ -315,11 +326,9 @@ std::string surface_text(const ChangedSurface& surface) {
 }  // namespace
 
 MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& options) {
-  MapChanges found;
-  std::tie(found.begin_before, found.end_before) = times_of(before.saved);
-  std::tie(found.begin_after, found.end_after) = times_of(after.saved);
   require_views(before);
   require_views(after);
+  MapChanges found{{}, described(before), described(after), {}};
   const std::set<std::uint64_t> of_before = hashes_of(before);
   std::vector<NamedMap> maps;
   maps.push_back(std::move(before));
@@ -335,14 +344,14 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
     const bool is_before = of_before.contains(hash_of(merged.saved.views[id].view));
     (is_before ? poses_before : poses_after)[id] = pose;
   }
-  const Visited first = visited(merged.saved, poses_before, options.dense);
-  const Visited second = visited(merged.saved, poses_after, options.dense);
-  const std::vector<Votes> on_first = votes_on(first.points, second.views);
-  const std::vector<Votes> on_second = votes_on(second.points, first.views);
-  found.compared_before = compared_share(on_first);
-  found.compared_after = compared_share(on_second);
+  Visited first = visited(merged.saved, poses_before, options.dense);
+  Visited second = visited(merged.saved, poses_after, options.dense);
+  const std::vector<Votes> on_first = votes_on(first.cloud.points, second.views);
+  const std::vector<Votes> on_second = votes_on(second.cloud.points, first.views);
   found.changes = joined(absent_objects(first, on_first), absent_objects(second, on_second));
   std::ranges::stable_sort(found.changes, std::greater(), points_of);
+  complete(on_first, std::move(first), found.before);
+  complete(on_second, std::move(second), found.after);
   return found;
 }
 
@@ -358,7 +367,7 @@ std::string changes_text(const MapChanges& changes) {
   return text +
          fmt::format(
              "{} changes; compared: {:.0f} % of the surface before, {:.0f} % of that after\n",
-             changes.changes.size(), 100 * changes.compared_before, 100 * changes.compared_after);
+             changes.changes.size(), 100 * changes.before.compared, 100 * changes.after.compared);
 }
 
 nlohmann::json changes_json(const MapChanges& changes) {
@@ -371,24 +380,18 @@ nlohmann::json changes_json(const MapChanges& changes) {
   }
   return {{"changes", std::move(list)},
           {"world", changes.world},
-          {"before",
-           {{"begin", changes.begin_before},
-            {"end", changes.end_before},
-            {"compared", changes.compared_before}}},
-          {"after",
-           {{"begin", changes.begin_after},
-            {"end", changes.end_after},
-            {"compared", changes.compared_after}}}};
+          {"before", map_json(changes.before)},
+          {"after", map_json(changes.after)}};
 }
 
 Cloud changes_cloud(const MapChanges& changes) {
-  constexpr Rgb kWent{214, 39, 40}, kAppeared{44, 160, 44}, kFrom{148, 103, 189}, kTo{31, 119, 180};
+  using Color = ChangeColors;
   Cloud cloud;
   for (const auto& [before, after] : changes.changes) {
     if (before)
-      for (const auto& p : before->points) cloud.add(p, after ? kFrom : kWent);
+      for (const auto& p : before->points) cloud.add(p, after ? Color::kFrom : Color::kWent);
     if (after)
-      for (const auto& p : after->points) cloud.add(p, before ? kTo : kAppeared);
+      for (const auto& p : after->points) cloud.add(p, before ? Color::kTo : Color::kAppeared);
   }
   return cloud;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/dense/cloud.hpp"
+#include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/pipeline/merge_maps.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 
@@ -27,14 +28,22 @@ struct MapChange {
   std::optional<ChangedSurface> after;   ///< None: it went away. Both: it moved.
 };
 
+/// A map that was compared with another one.
+struct ComparedMap {
+  std::string name;
+  double begin = 0, end = 0;  ///< Times of its keyframes [s].
+  /// Part of its surface that the views of the other map show, or see through [0..1]; the rest was
+  /// not seen, and is no change.
+  double compared = 0;
+  Cloud cloud;         ///< Its surface [m].
+  Trajectory cameras;  ///< Poses of its views, numbered in place of timestamps.
+};
+
 /// Changes from one map to another.
 struct MapChanges {
   std::vector<MapChange> changes;  ///< By the number of their points, the largest first.
-  /// Part of the surfaces of each map that the views of the other one show, or see through [0..1];
-  /// the rest was not seen, and is no change.
-  double compared_before = 0, compared_after = 0;
+  ComparedMap before, after;
   std::string world;  ///< Name of the map whose world frame is that of the changes: the older one.
-  double begin_before = 0, end_before = 0, begin_after = 0, end_after = 0;  ///< Times of views [s].
 };
 
 /// Finds what changed between two visits, of seconds or months: the maps are merged (merge_maps()),
@@ -51,8 +60,12 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
 std::string changes_text(const MapChanges& changes);
 /// Returns the changes as JSON, without their points.
 nlohmann::json changes_json(const MapChanges& changes);
-/// Returns the points of all changes: what went in red, what appeared in green, and what moved in
-/// violet before and in blue after.
+/// Colors of what went, of what appeared, and of what moved, at its former and its present place.
+struct ChangeColors {
+  static constexpr Rgb kWent{214, 39, 40}, kAppeared{44, 160, 44};
+  static constexpr Rgb kFrom{148, 103, 189}, kTo{31, 119, 180};
+};
+/// Returns the points of all changes, in these colors.
 Cloud changes_cloud(const MapChanges& changes);
 
 }  // namespace stillmap

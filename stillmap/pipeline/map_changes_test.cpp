@@ -62,8 +62,8 @@ TEST(MapChanges, TheObjectsThatChangedAreFoundAndNoOthers) {
 TEST(MapChanges, AnotherPathIsNoChange) {
   const MapChanges found = changes("xyz", "slower");
   EXPECT_TRUE(found.changes.empty()) << changes_text(found);
-  EXPECT_GT(found.compared_before, 0.9);
-  EXPECT_GT(found.compared_after, 0.9);
+  EXPECT_GT(found.before.compared, 0.9);
+  EXPECT_GT(found.after.compared, 0.9);
 }
 
 TEST(MapChanges, MapsOfOtherPlacesOrWithoutViewsAreErrors) {
