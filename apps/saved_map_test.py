@@ -292,6 +292,21 @@ for model in models:
         self.refused(stillmap("map", "merge", self.map, self.map, "-o", turned, "--force"), 1, "is the same map as", "fix:")
         self.refused(stillmap("map", "merge", self.map, second), 2, "--out")
 
+    def test_what_changed_between_two_visits_is_listed_and_drawn(self):
+        later, changes = self.folder / "later", self.folder / "changes"
+        stillmap("simulate", "--people", 0, "--frames", 30, "--width", 320, "--height", 240, "--visit", 2, "--speed", 0.8, "--out", later)
+        self.assertIn("shelf,", (later / "rearranged.csv").read_text())
+        self.assertEqual(stillmap("run", later, "--preset", "static", "--out", self.folder / "visit").returncode, 0)
+        done = stillmap("map", "changes", self.map, self.folder / "visit", "--out", changes)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        found = json.loads((changes / "changes.json").read_text())
+        self.assertIn("went", {change["kind"] for change in found["changes"]})
+        self.assertGreater(found["after"]["compared"], 0.8)
+        self.assertTrue((changes / "changes.png").read_bytes().startswith(b"\x89PNG"))
+        self.assertTrue((changes / "changes.ply").stat().st_size > 1000)
+        self.refused(stillmap("map", "changes", self.map, "--out", changes), 2, "files")
+        self.refused(stillmap("map", "changes", self.map, self.map, "--out", changes), 1, "is the same map as", "fix:")
+
     def test_command_lines_that_make_no_sense(self):
         self.refused(self.run_sequence("z", "--localize-only"), 2, "--load-map")
         self.refused(self.run_sequence("z", "--load-map", self.map, "--localize-only", "--save-map", "a.map"), 2,
