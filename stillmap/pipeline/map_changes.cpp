@@ -30,6 +30,9 @@ constexpr double kNeighbors = 0.05;  // side of voxels; objects have gaps of two
 /// Number of views that see through a surface which the other map does not contain, and their least
 /// ratio to views that show it: its edges, at errors of poses and depths.
 constexpr int kLeastThrough = 2, kThroughPerShown = 4;
+/// Least distance of a measured depth behind a surface that it sees through [share of the depth]:
+/// depth cameras are wrong by up to a tenth, differently at different distances.
+constexpr float kDepthError = 0.08F;
 /// Least size of an object: number of points, and the largest and the second largest side of its
 /// box [m]. Smaller ones are errors of the depth at edges.
 constexpr std::size_t kLeastPoints = 40;
@@ -47,8 +50,9 @@ struct Visited {
 /// Views of the other visit for and against a point.
 struct Votes {
   int through = 0, shown = 0;
+  int near = 0;  // views that see a surface closely behind it, which may be the same
   bool absent() const { return through >= kLeastThrough && through > kThroughPerShown * shown; }
-  bool compared() const { return through + shown > 0; }
+  bool compared() const { return through + shown + near > 0; }
 };
 
 /// A group of neighboring points, which may be an object.
@@ -95,10 +99,21 @@ Visited visited(const SavedMap& merged, const ViewPoses& poses, DenseOptions opt
   return visit;
 }
 
+/// Returns the pixel next to a point: row and column.
+std::pair<int, int> pixel_at(const ProjectedPoint& p) {
+  return {p.row + (p.down > 0.5F), p.col + (p.right > 0.5F)};
+}
+
+/// Returns the measured depth at a point [m]; 0 if unknown.
+float depth_at(const DenseView& view, const ProjectedPoint& p) {
+  const auto [row, col] = pixel_at(p);
+  return view.depth(row, col) * DenseView::kDepthUnit;
+}
+
 /// Returns whether a view shows a static surface at a point, camera frame [m].
 bool shows(const DenseView& view, const ProjectedPoint& p, const DepthPolynomial<float>& margin) {
-  const int row = p.row + (p.down > 0.5F), col = p.col + (p.right > 0.5F);
-  const float z = view.depth(row, col) * DenseView::kDepthUnit;
+  const auto [row, col] = pixel_at(p);
+  const float z = depth_at(view, p);
   return view.kind(row, col) != kMoverSurface &&
          visibility_of(p.z, z, margin.at(z)) == Visibility::kOnSurface;
 }
@@ -114,10 +129,12 @@ std::vector<Votes> votes_on(const std::vector<Eigen::Vector3f>& points,
     groups.for_each_in(
         ViewProjection(posed), all_threads(), [&](std::size_t i, const ProjectedPoint& projected) {
           Votes& of_point = votes[groups.place(i)];
-          if (placed.at(placed.in_camera(groups.point(i))) == VoxelVote::kSeenThrough)
-            ++of_point.through;
-          else if (shows(*posed.view, projected, margin))
+          if (shows(*posed.view, projected, margin)) {
             ++of_point.shown;
+          } else if (placed.at(placed.in_camera(groups.point(i))) == VoxelVote::kSeenThrough) {
+            const bool is_far = (1 - kDepthError) * depth_at(*posed.view, projected) > projected.z;
+            ++(is_far ? of_point.through : of_point.near);
+          }
         });
     posed.view->drop_pages();
   }
