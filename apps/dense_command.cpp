@@ -116,10 +116,7 @@ int run(const DenseArguments& arguments) {
   options.memory.folder = paths.out;
   Stopwatch watch;
   const SavedMap saved = read_saved_map(paths.map, options.memory);
-  if (saved.views.empty()) {
-    throw Error("contains no dense map: it was saved with --slim-map", paths.map.string(),
-                "save the map without --slim-map");
-  }
+  require_views(saved, paths.map.string());
   ResultFolder folder(paths.out, arguments.force ? ResultFolder::Foreign::kOverwrite
                                                  : ResultFolder::Foreign::kKeep);
   const double reading = watch.lap();

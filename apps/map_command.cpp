@@ -309,10 +309,7 @@ void write_scene_files(const MapArguments& arguments, const SavedMap& saved, Res
     return std::find(arguments.formats.begin(), arguments.formats.end(), format) !=
            arguments.formats.end();
   };
-  if (saved.views.empty()) {
-    throw Error("contains no dense map: it was saved with --slim-map", arguments.file,
-                "save the map without --slim-map");
-  }
+  require_views(saved, arguments.file);
   const fs::path options = fs::path(arguments.file) / kRunOptions;
   const PlacedMap placed = place_views(
       saved, dense_parameters_of(read_options("", fs::exists(options) ? options : fs::path())));

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Uses what `make arm64` made under QEMU: the command of the Debian package and of the wheel on a rendered sequence, whose
-trajectories must be the same bytes as those of the native command (with a network, the same within a micrometer); the Python module; and the unit tests of the modules that compute.
-The processor is the Cortex-A76 of the Raspberry Pi 5.
+trajectories must be the same bytes as those of the native command (with a network, the same within a micrometer); the Python
+module; and the unit tests of the modules that compute. The processor is the Cortex-A76 of the Raspberry Pi 5.
 
   test_arm64.py [--frames N] [--model NETWORK.onnx] [--modules NAME,NAME...]
 """

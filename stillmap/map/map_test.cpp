@@ -231,6 +231,26 @@ TEST_F(MapTest, OnlyTheOldestComponentHasTheWorldOfTheSavedMapLoadedLast) {
   EXPECT_FALSE(of_saved_map(oldest)) << "of the map loaded before";
 }
 
+TEST_F(MapTest, WhatTheRunMadeInAComponentIsErasedAndASavedMapInItStays) {
+  const auto saved = keyframe({}, 0);
+  const auto shared = landmark(saved, 0);
+  map_ = Map(map_.content());
+  const auto here = keyframe({}, map_.new_component()),
+             elsewhere = keyframe({}, map_.new_component());
+  const auto only_here = landmark(here, 1);
+  EXPECT_TRUE(map_.observe(shared, {here, 0}));
+  map_.join_components(0, map_.at(here).component);
+  map_.erase_made_in(0);
+  EXPECT_EQ(map_.find(here), nullptr);
+  EXPECT_FALSE(map_.current_keyframe(here).valid());
+  EXPECT_EQ(map_.find(only_here), nullptr);
+  ASSERT_NE(map_.find(saved), nullptr);
+  EXPECT_EQ(map_.at(shared).observations.size(), 1U);
+  map_.erase_made_in(map_.at(elsewhere).component);
+  EXPECT_EQ(map_.find(elsewhere), nullptr);
+  EXPECT_EQ(map_.components(), std::vector<std::uint32_t>{0});
+}
+
 TEST_F(MapTest, ALandmarkIsExpectedAtItsProjectionIfVisible) {
   const auto a = keyframe();
   const Landmark& l = map_.at(landmark(a, 0));  // at (0, 0, 2), seen from the origin on level 0

@@ -74,12 +74,6 @@ std::uint64_t hash_of(const DenseView& view) {
   return hash;
 }
 
-void require_views(const NamedMap& map) {
-  if (!map.saved.views.empty()) return;
-  throw Error("contains no dense map: it was saved with --slim-map", map.name,
-              "save the map without --slim-map");
-}
-
 std::set<std::uint64_t> hashes_of(const NamedMap& map) {
   std::set<std::uint64_t> hashes;
   for (const AnchoredView& view : map.saved.views) hashes.insert(hash_of(view.view));
@@ -343,8 +337,8 @@ std::string surface_text(const ChangedSurface& surface) {
 }  // namespace
 
 MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& options) {
-  require_views(before);
-  require_views(after);
+  require_views(before.saved, before.name);
+  require_views(after.saved, after.name);
   MapChanges found{{}, described(before), described(after), {}};
   const std::set<std::uint64_t> of_before = hashes_of(before);
   std::vector<NamedMap> maps;

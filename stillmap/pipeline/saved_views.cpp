@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/saved_views.hpp"
 
+#include "stillmap/base/error.hpp"
+
 #include <algorithm>
 
 namespace stillmap {
+
+void require_views(const SavedMap& saved, const std::string& where) {
+  if (!saved.views.empty()) return;
+  throw Error("contains no dense map: it was saved with --slim-map", where,
+              "save the map without --slim-map");
+}
 
 ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component) {
   const auto smaller = [](const auto& a, const auto& b) {

@@ -5,11 +5,16 @@
 
 #include <cstdint>
 #include <map>
+#include <string>
 
 namespace stillmap {
 
 /// T_world_camera of views of the dense map, by their ids.
 using ViewPoses = std::map<std::uint64_t, Pose>;
+
+/// Throws Error for a map without views of the dense map.
+/// @param where  name of the map, for messages
+void require_views(const SavedMap& saved, const std::string& where);
 
 /// Returns the poses of the component with most views, the first of equals. The views of the other
 /// components have other worlds, so they cannot be fused with these.

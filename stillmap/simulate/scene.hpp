@@ -54,8 +54,8 @@ struct Scene {
   simulate::Mesh statics;       ///< Static mesh with light, in the world frame.
   simulate::Textures textures;  ///< Textures of the static mesh and the movers.
   simulate::Lighting lighting;
-  std::vector<Rearrangement> rearranged;
-  std::vector<simulate::Mover> movers;  ///< Movers with ids 1, 2, 3, ...
+  std::vector<Rearrangement> rearranged;  ///< What differs between the visits.
+  std::vector<simulate::Mover> movers;    ///< Movers with ids 1, 2, 3, ...
   CameraAnchor viewpoint;
   Eigen::AlignedBox3d room;  ///< Space inside walls, floor and ceiling [m].
   /// Closed path around the room for a hand-held camera at eye height [m].

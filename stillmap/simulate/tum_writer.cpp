@@ -52,13 +52,18 @@ std::string mover_lines(const TruthFrame& truth) {
   return lines;
 }
 
+/// The corners of a box; empty fields for an empty one.
+std::string box_fields(const Eigen::AlignedBox3f& box) {
+  if (box.isEmpty()) return ",,,,,";
+  const Eigen::Vector3f &a = box.min(), &b = box.max();
+  return fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}", a.x(), a.y(), a.z(), b.x(), b.y(),
+                     b.z());
+}
+
 std::string object_lines(const std::vector<simulate::NamedObject>& objects) {
   std::string lines = "class,min_x,min_y,min_z,max_x,max_y,max_z\n";
-  for (const simulate::NamedObject& object : objects) {
-    const auto &low = object.box.min(), &high = object.box.max();
-    lines += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", object.class_name,
-                         low.x(), low.y(), low.z(), high.x(), high.y(), high.z());
-  }
+  for (const simulate::NamedObject& object : objects)
+    lines += fmt::format("{},{}\n", object.class_name, box_fields(object.box));
   return lines;
 }
 
@@ -85,14 +90,6 @@ struct Lists {
     write_file(folder / "truth_movers.csv", movers);
   }
 };
-
-/// The corners of a box; empty fields for an empty one.
-std::string box_fields(const Eigen::AlignedBox3f& box) {
-  if (box.isEmpty()) return ",,,,,";
-  const Eigen::Vector3f &a = box.min(), &b = box.max();
-  return fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}", a.x(), a.y(), a.z(), b.x(), b.y(),
-                     b.z());
-}
 
 std::string rearranged_lines(const std::vector<Rearrangement>& pieces) {
   std::string lines = "name";

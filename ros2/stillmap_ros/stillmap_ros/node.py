@@ -485,27 +485,27 @@ class StillmapNode(Node):
         camera.imu = imu
         if self.settings["wheels"]:
             camera.T_camera_base = np.linalg.inv(T_base_camera)
+        mapper = self._mapper_in_first_usable_map(camera, T_base_camera)
+        self.mapper, self.changes, self.starts, self.T_map_odom = mapper, Changes(), [], None
+        if self.map_file:
+            mapper.keep_journal(self.map_file)
+
+    def _mapper_in_first_usable_map(self, camera, T_base_camera):
+        """Returns a Mapper in the first usable map of self.starts, or a new map. Unusable ones of this node are renamed."""
+        new = None
         while self.starts:
             load = self.starts[0]
             try:
-                self._use_map(camera, T_base_camera, load)
+                mapper = self._mapper(camera, T_base_camera, load)
             except (stillmap.Error, FrameError) as error:
-                self._mapper(camera, T_base_camera, None)  # raises what is not the map's fault
+                new = new or self._mapper(camera, T_base_camera, None)  # raises what is not the map's fault
                 self.starts.pop(0)
                 own = self.map_file and load in (journal_of(self.map_file), Path(self.map_file))
                 self._tell(f"{load} cannot be used: {error}{keep_old(load) if own else ''}")
                 continue
             self.get_logger().info(f"starts in the map {load}")
-            self.starts = []
-            return
-        self._use_map(camera, T_base_camera, None)
-
-    def _use_map(self, camera, T_base_camera, load):
-        mapper = self._mapper(camera, T_base_camera, load)
-        self.mapper, self.changes = mapper, Changes()
-        self.T_map_odom = None
-        if self.map_file:
-            self.mapper.keep_journal(self.map_file)
+            return mapper
+        return new or self._mapper(camera, T_base_camera, None)
 
     def _mapper(self, camera, T_base_camera, load):
         mapper = Mapper(camera, self.options, T_base_camera, self.visual_odometry, stereo=self.settings["stereo"],
@@ -597,7 +597,7 @@ class StillmapNode(Node):
     # The main thread: services and diagnostics
 
     def _answer(self, response, command):
-        """Answers a service with the text that a command of the tracking thread returns."""
+        """Answers a service with the text that a command returns."""
         try:
             response.success, response.message = True, command()
             self.get_logger().info(response.message)
@@ -620,9 +620,10 @@ class StillmapNode(Node):
 
     def _load_map(self, request, response):
         file = Path(request.map_url.removeprefix("file://")).expanduser().absolute()
+        exists = file.is_file() or (file / "run.map").is_file()
 
         def load():
-            if not file.is_file() and not (file / "run.map").is_file():
+            if not exists:
                 raise FileNotFoundError(f"there is no map {request.map_url}\n  fix: name a saved map, or the folder of a run")
             if self.mapper is None:
                 self.starts = [file]
@@ -634,9 +635,8 @@ class StillmapNode(Node):
         answer = self._answer(Trigger.Response(), lambda: self._on_tracker(load))
         response.result = LoadMap.Response.RESULT_SUCCESS
         if not answer.success:
-            missing = answer.message.startswith("there is no map")
-            response.result = (LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST if missing
-                               else LoadMap.Response.RESULT_INVALID_MAP_DATA)
+            response.result = (LoadMap.Response.RESULT_INVALID_MAP_DATA if exists
+                               else LoadMap.Response.RESULT_MAP_DOES_NOT_EXIST)
         return response
 
     def _restart(self):
@@ -717,10 +717,13 @@ class StillmapNode(Node):
             thread.join()
         if self.mapper is None:
             return []
-        results = self.mapper.slam.finish() if self.settings["results"] else None
-        failures = []
-        for write in ([self._save_at_the_end] if self.map_file else []) + (
-                [lambda: results.write(self.settings["results"])] if results is not None else []):
+        writes, failures = [], []
+        if self.map_file:
+            writes.append(self._save_at_the_end)
+        if self.settings["results"]:
+            results = self.mapper.slam.finish()
+            writes.append(lambda: results.write(self.settings["results"]))
+        for write in writes:
             try:
                 write()
             except (OSError, RuntimeError) as error:
