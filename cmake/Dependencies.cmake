@@ -10,6 +10,7 @@ endif()
 find_package(fmt REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
+find_library(STILLMAP_APRILTAG NAMES apriltag REQUIRED)
 find_library(STILLMAP_DEFLATE NAMES deflate REQUIRED)  # Debian 12's has no CMake package yet
 # Compression and databases of recordings
 find_package(OpenEXR 3 REQUIRED)

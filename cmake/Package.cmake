@@ -37,7 +37,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libstillmap-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "stillmap ${same_version}, libopencv-dev, libeigen3-dev, libceres-dev, \
 libdeflate-dev, libjpeg-dev, libopenexr-dev, libfmt-dev, libyaml-cpp-dev, liboctomap-dev, libbz2-dev, liblz4-dev, \
-libzstd-dev, libsqlite3-dev, libcivetweb-dev, libcurl4-openssl-dev, libmosquitto-dev")
+libzstd-dev, libsqlite3-dev, libcivetweb-dev, libapriltag-dev, libcurl4-openssl-dev, libmosquitto-dev")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "RGB-D SLAM for dynamic scenes (C++ library)
 Static library, headers and CMake package of Stillmap, which estimates the
 trajectory of a depth camera and a map without moving people and objects.")
