@@ -112,9 +112,10 @@ std::string alignment_text(const std::vector<KnownPoint>& points, const SiteAlig
 
 int align(const MapArguments& arguments) {
   require_replaceable(arguments.out, is_saved_map, arguments.force);
-  const std::vector<KnownPoint> points = read_known_points(arguments.points);
-  const SiteAlignment alignment = align_to_site(points);
   SavedMap saved = read_saved_map(arguments.file);
+  const std::vector<KnownPoint> points =
+      read_known_points(arguments.points, tag_centers(saved.map));
+  const SiteAlignment alignment = align_to_site(points);
   move_world(saved.map, alignment.T_site_map);
   if (const fs::path folder = fs::path(arguments.out).parent_path(); !folder.empty())
     make_output_folder(folder);
@@ -409,7 +410,8 @@ void add_map_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--points", arguments->points,
           "lines 'name,x,y,z,X,Y,Z': coordinates of three or more points in the map, as the view's "
-          "Measure shows them, and at the site [m]")
+          "Measure shows them, and at the site [m]; or 'tag36h11:7,X,Y,Z' for the center of a tag "
+          "that `map info` lists")
       ->required();
   aligning->add_option("-o,--out", arguments->out, "file to write")->required()->type_name("FILE");
   add_force_option(*aligning, arguments->force);

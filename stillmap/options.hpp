@@ -32,6 +32,9 @@ struct Options {
     double scale_factor = 1.2;
     /// FAST corner threshold; cells without such a corner are searched again with threshold 7.
     int fast_threshold = 20;  // [gray levels]
+    /// Family of AprilTags whose corners are landmarks; a tag must not be moved, nor be there
+    /// twice.
+    std::string tags = "none";
   };
   /// The object detector.
   struct Network {

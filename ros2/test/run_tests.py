@@ -15,6 +15,11 @@ FOLDER = Path(__file__).resolve().parent
 PROBE = "import cv2, numpy, pytest, rclpy, stillmap, stillmap_msgs.msg, tf2_msgs.msg"
 
 
+def shared_memory():
+    """The files by which nodes of Fast DDS on one computer exchange messages, 68 MB each."""
+    return set(Path("/dev/shm").glob("*fastrtps_*"))
+
+
 def main():
     parser = argparse.ArgumentParser()
     for name in ("venv", "package", "command"):
@@ -32,8 +37,12 @@ def main():
     if probe.returncode:
         print(f"skipped: {probe.stderr.strip().splitlines()[-1]}\n  fix: remove {arguments.venv}, and run `make ros-test`")
         return 77
-    return subprocess.run([python, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", *(rest or [FOLDER])],
+    before = shared_memory()
+    code = subprocess.run([python, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", *(rest or [FOLDER])],
                           env=environment, check=False).returncode
+    for left in shared_memory() - before:  # by the nodes that the tests kill
+        left.unlink(missing_ok=True)
+    return code
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/options.hpp"
+#include "stillmap/tag/tag_detector.hpp"
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace stillmap {
@@ -59,6 +61,15 @@ void visit_features_options(Group& features, const Visitor& visit) {
          {7, 254},
          "FAST corner threshold; cells without such a corner are searched again with threshold 7."},
         features.fast_threshold);
+  std::vector<std::string> tags = tag_family_names();
+  tags.insert(tags.begin(), "none");
+  visit({"features.tags",
+         "",
+         {},
+         "Family of AprilTags whose corners are landmarks; a tag must not be moved, nor be there "
+         "twice.",
+         std::move(tags)},
+        features.tags);
 }
 
 template <typename Group, typename Visitor>

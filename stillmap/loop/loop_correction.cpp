@@ -3,6 +3,7 @@
 
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/loop/tag_matching.hpp"
 #include "stillmap/map/fusion.hpp"
 
 #include <algorithm>
@@ -44,7 +45,7 @@ int weld(Map& map, const std::vector<KeyframeId>& query_side,
     fused += fuse_into(map, id, landmarks_seen_by(map, candidate_side), kWeldRadius);
   for (const KeyframeId id : candidate_side)
     fused += fuse_into(map, id, landmarks_seen_by(map, query_side), kWeldRadius);
-  return fused;
+  return fused + weld_tags(map, query_side, candidate_side);
 }
 
 }  // namespace

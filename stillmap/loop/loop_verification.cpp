@@ -119,7 +119,6 @@ class Verification {
       if (!(this->*test)()) return {std::nullopt, reason_, passed};
       ++passed;
     }
-    pair_landmarks();
     return {match_, "", passed};
   }
 
@@ -147,7 +146,6 @@ class Verification {
           solve_matches(map_, found.matches, image_of(query_), T_world_query_);
       if (!solved.solution.well_posed) return fail("the pose is not determined");
       T_world_query_ = solved.solution.T_world_camera;
-      match_.information = solved.solution.information;
       match_.matches = solved.inliers;
     }
     match_.inliers = static_cast<int>(match_.matches.size());
@@ -177,19 +175,9 @@ class Verification {
 
   bool drift_is_possible() {
     if (!match_.same_component) return true;
-    const double path = path_length(map_, query_.id, candidate_.id);
-    // Rotation drift moves the far end of the path, so the correction is measured at the query.
-    const Pose correction = T_world_query_ * query_.T_world_camera.inverse();
-    const double meters =
-        (T_world_query_.translation() - query_.T_world_camera.translation()).norm();
-    const DriftLimits& limits = options_.drift;
-    if (meters > limits.meters + limits.meters_per_meter * path ||
-        correction.angle() > limits.radians + limits.radians_per_meter * path) {
-      return fail(fmt::format(
-          "a correction of {:.2f} m and {:.2f} rad exceeds the drift of a path of {:.1f} m", meters,
-          correction.angle(), path));
-    }
-    return true;
+    std::string reason =
+        why_no_drift(map_, query_.id, candidate_.id, T_world_query_, options_.drift);
+    return reason.empty() || fail(std::move(reason));
   }
 
   bool agrees(const Keyframe& neighbor) const {
@@ -220,26 +208,6 @@ class Verification {
     return true;
   }
 
-  /// Returns whether two landmarks, one of either side, have consistent depths in the query camera.
-  bool depths_agree(LandmarkId own, LandmarkId other) const {
-    const Camera& camera = map_.camera();
-    const auto depth = [&](const Pose& T_world_camera, LandmarkId id) {
-      return (T_world_camera.inverse() * map_.at(id).p_world).z();
-    };
-    const double z = depth(query_.T_world_camera, own);
-    const double error = camera.bf() / z - camera.bf() / depth(T_world_query_, other);
-    const double sigma = observation_noise(camera, z).disparity_sigma;
-    return error * error <= kDisparityChi2 * 2 * sigma * sigma;
-  }
-
-  void pair_landmarks() {
-    for (const LandmarkMatch& match : match_.matches) {
-      const LandmarkId own = query_.landmarks[match.keypoint];
-      if (map_.find(own) != nullptr && own != match.landmark && depths_agree(own, match.landmark))
-        match_.pairs.push_back({own, match.landmark});
-    }
-  }
-
   const Map& map_;
   const PlaceIndex& index_;
   const LoopVerificationOptions& options_;
@@ -259,6 +227,21 @@ LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId
   if (index.find(query) == nullptr || index.find(candidate) == nullptr)
     return {std::nullopt, "a keyframe is not in the index", 0};
   return Verification(map, index, query, candidate, options).run();
+}
+
+std::string why_no_drift(const Map& map, KeyframeId query, KeyframeId candidate,
+                         const Pose& T_world_query, const DriftLimits& limits) {
+  const double path = path_length(map, query, candidate);
+  // Rotation drift moves the far end of the path, so the correction is measured at the query.
+  const Pose& T_wrong = map.at(query).T_world_camera;
+  const Pose correction = T_world_query * T_wrong.inverse();
+  const double meters = (T_world_query.translation() - T_wrong.translation()).norm();
+  if (meters <= limits.meters + limits.meters_per_meter * path &&
+      correction.angle() <= limits.radians + limits.radians_per_meter * path)
+    return {};
+  return fmt::format(
+      "a correction of {:.2f} m and {:.2f} rad exceeds the drift of a path of {:.1f} m", meters,
+      correction.angle(), path);
 }
 
 double path_length(const Map& map, KeyframeId a, KeyframeId b) {

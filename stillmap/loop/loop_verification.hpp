@@ -34,12 +34,6 @@ struct LoopVerificationOptions {
   DriftLimits drift;
 };
 
-/// Two landmarks of the same 3D point.
-struct LandmarkPair {
-  LandmarkId query, candidate;
-  bool operator==(const LandmarkPair&) const = default;
-};
-
 /// A verified loop or merge.
 struct LoopMatch {
   KeyframeId query, candidate;
@@ -48,16 +42,13 @@ struct LoopMatch {
   Pose T_candidate_query;
   /// True if both belong to one component: a loop; otherwise a merge of two components.
   bool same_component = true;
-  /// Landmarks of the candidate's side observed by the query keyframe, for Map::observe() and
-  /// merge(). Sorted by landmark; neither keypoints nor landmarks repeat.
+  /// Landmarks of the candidate's side observed by the query keyframe, sorted by landmark; neither
+  /// keypoints nor landmarks repeat. None if tags were matched: see verify_tags().
   std::vector<LandmarkMatch> matches;
-  /// The matches whose keypoint already shows a landmark of the query's own side.
-  std::vector<LandmarkPair> pairs;
-  int inliers = 0;          ///< Number of inlier matches.
+  int inliers = 0;          ///< Number of inlier matches, or of corners of tags.
   double found_share = 0;   ///< Lower MatchConsistency::found of both directions [0..1].
   double blank_share = 0;   ///< Higher MatchConsistency::blank of both directions [0..1].
   int neighbors_agree = 0;  ///< Number of neighbors that confirm the match.
-  Matrix6d information = Matrix6d::Zero();  ///< Information matrix of the pose, see PoseSolution.
 };
 
 /// A match, or the reason for the rejection, for the log.
@@ -74,6 +65,11 @@ struct LoopVerification {
 /// must be in the map and in the index. Changes nothing. Deterministic.
 LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
                              KeyframeId candidate, const LoopVerificationOptions& options = {});
+
+/// Returns why a loop within a component would correct more than drift; empty if it would not.
+/// @param T_world_query  pose of the query by the match
+std::string why_no_drift(const Map& map, KeyframeId query, KeyframeId candidate,
+                         const Pose& T_world_query, const DriftLimits& limits = {});
 
 /// Returns the length of the shortest path between two keyframes of a component along the edges of
 /// its essential graph [m]. Drift grows with it, and not with the way of a camera that visits

@@ -2,6 +2,7 @@
 #include "stillmap/loop/places.hpp"
 
 #include "stillmap/base/trace.hpp"
+#include "stillmap/loop/tag_matching.hpp"
 
 #include <algorithm>
 #include <set>
@@ -61,10 +62,19 @@ std::optional<LoopMatch> Places::recognize(const Map& map, KeyframeId newest) {
     detector_.reset();
     return std::move(verification.match);
   }
-  if (!options_.connect_at_once) return std::nullopt;
-  auto match = match_other_component(map, newest);
+  auto match = options_.connect_at_once ? match_other_component(map, newest) : std::nullopt;
+  if (!match) match = match_tags(map, newest);
   if (match) detector_.reset();
   return match;
+}
+
+/// Returns a verified loop or merge that the tags of a keyframe find.
+std::optional<LoopMatch> Places::match_tags(const Map& map, KeyframeId query) {
+  for (const KeyframeId place : places_with_same_tags(map, query)) {
+    auto verification = verify_tags(map, query, place);
+    if (verification.match) return std::move(verification.match);
+  }
+  return std::nullopt;
 }
 
 std::vector<PlaceCandidate> Places::places_in_other_components(const Map& map,
@@ -87,6 +97,11 @@ std::vector<PlaceComparison> Places::compare_components(const Map& map) const {
       comparisons.push_back({query.id, place.keyframe, verify(map, query.id, place.keyframe)});
       if (comparisons.back().verification.match) verified.insert(component);
     }
+    for (const KeyframeId place : places_with_same_tags(map, query.id)) {
+      const std::uint32_t component = map.at(place).component;
+      if (component != query.component && !verified.contains(component))
+        comparisons.push_back({query.id, place, verify_tags(map, query.id, place)});
+    }
   });
   return comparisons;
 }
@@ -104,6 +119,10 @@ std::optional<LoopMatch> Places::connect(const Map& map, std::uint32_t component
   if (!options_.loops) return std::nullopt;
   for (const KeyframeId query : richest(map, component, options_.connect_by)) {
     if (auto match = match_other_component(map, query)) return match;
+  }
+  for (const KeyframeId query : keyframes_of(map, component)) {
+    auto match = match_tags(map, query);
+    if (match && !match->same_component) return match;
   }
   return std::nullopt;
 }

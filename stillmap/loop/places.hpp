@@ -47,15 +47,16 @@ class Places {
   std::optional<LoopMatch> recognize(const Map& map, KeyframeId newest);
 
   /// Returns a verified merge of a component with another one. Its keyframes with most landmarks
-  /// are tried one by one, without requiring consecutive detections.
+  /// are tried one by one, without requiring consecutive detections, then all those with tags.
   std::optional<LoopMatch> connect(const Map& map, std::uint32_t component) const;
 
   /// Returns why no place of another component is recognized in a keyframe: the test that the most
   /// similar one fails.
   std::string why_unknown(const Map& map, KeyframeId query) const;
 
-  /// Compares each keyframe with the most similar keyframes of the other components. The keyframes
-  /// of one component are tried until one is verified. Ordered by the id of the query.
+  /// Compares each keyframe with the most similar keyframes of the other components, and with those
+  /// that show the same tags. The keyframes of one component are tried until one is verified.
+  /// Ordered by the id of the query.
   std::vector<PlaceComparison> compare_components(const Map& map) const;
 
   /// Verifies that two keyframes show the same place: see verify_loop().
@@ -69,6 +70,7 @@ class Places {
  private:
   std::vector<PlaceCandidate> places_in_other_components(const Map& map, KeyframeId query) const;
   std::optional<LoopMatch> match_other_component(const Map& map, KeyframeId query) const;
+  static std::optional<LoopMatch> match_tags(const Map& map, KeyframeId query);
 
   PlaceOptions options_;
   PlaceIndex index_;

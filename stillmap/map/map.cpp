@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/map/map.hpp"
 
+#include "stillmap/feature/tag_corners.hpp"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -293,6 +295,10 @@ void Map::refresh(LandmarkId id) {
   landmark.descriptor = *descriptors[medoid(descriptors)];
   if (sum.norm() > 1e-6) landmark.normal = sum.normalized();
 
+  if (tag_corner_of(landmark.descriptor)) {
+    landmark.min_distance = landmark.max_distance = 0;
+    return;
+  }
   const Observation& first = landmark.observations.front();
   const Keyframe& reference = at(first.keyframe);
   const double range = (landmark.p_world - reference.T_world_camera.translation()).norm();
@@ -426,6 +432,7 @@ std::vector<LandmarkId> landmarks_seen_by(const Map& map, std::span<const Keyfra
 }
 
 int expected_level(const PyramidShape& pyramid, double max_distance, double range) {
+  if (max_distance == 0) return 0;
   const double level = std::log(max_distance / range) / std::log(pyramid.scale_factor);
   return std::clamp(static_cast<int>(std::lround(level)), 0, pyramid.levels - 1);
 }

@@ -49,7 +49,8 @@ struct Landmark {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   /// Distance below which its patch is larger than the finest pyramid level resolves [m].
   float min_distance = 0;
-  /// Distance above which its patch is smaller than the coarsest level resolves [m].
+  /// Distance above which its patch is smaller than the coarsest level resolves [m]; 0: it is found
+  /// at level 0 at any distance (the corner of a tag).
   float max_distance = 0;
   std::uint32_t first_sequence = 0;  ///< Keyframe::sequence of the keyframe that created it.
   std::uint32_t predicted = 1;       ///< Number of frames in which the tracker expected it in view.
@@ -218,7 +219,7 @@ void move_keyframes(Map& map, const std::map<KeyframeId, Pose>& T_world_camera);
 std::vector<LandmarkId> landmarks_seen_by(const Map& map, std::span<const KeyframeId> keyframes);
 
 /// Returns the pyramid level at which a landmark's patch appears at distance `range` [m], if it
-/// appears at level 0 at `max_distance` [m].
+/// appears at level 0 at `max_distance` [m]; 0 if that is 0.
 int expected_level(const PyramidShape& pyramid, double max_distance, double range);
 
 }  // namespace stillmap

@@ -48,7 +48,8 @@ std::optional<ProjectionQuery> LandmarkProjector::expect(const Seen& landmark, d
   const Eigen::Vector2d uv = camera_.project(p_camera);
   if (!camera_.contains(uv.x(), uv.y())) return std::nullopt;
   const double range = ray.norm();
-  if (range * kRangeSlack < landmark.min_distance || range > landmark.max_distance * kRangeSlack) {
+  if (landmark.max_distance > 0 && (range * kRangeSlack < landmark.min_distance ||
+                                    range > landmark.max_distance * kRangeSlack)) {
     return std::nullopt;
   }
   if (ray.dot(landmark.normal) < min_view_cosine * range) return std::nullopt;

@@ -72,6 +72,7 @@ MapDescription describe_map(const SavedMap& saved) {
   d.sessions = keyframe_trajectories(map).size();
   for (const Landmark& l : map.landmarks) d.observations += l.observations.size();
   d.components = describe_components(map);
+  d.tags = tag_centers(map);
   d.views = saved.views.size();
   for (const AnchoredView& v : saved.views) d.view_pixels += v.view.depth.total();
   return d;
@@ -98,6 +99,10 @@ std::string description_text(const MapDescription& d) {
     text += fmt::format("  {:<9} {}, {} within {}\n", i, counted(c.keyframes, "keyframe"),
                         counted(c.landmarks, "landmark"), extent_text(c.extent));
   }
+  for (const auto& [name, center] : d.tags) {
+    text += fmt::format("tag         {} at {:.3f}, {:.3f}, {:.3f} m\n", name, center.x(),
+                        center.y(), center.z());
+  }
   text += fmt::format("dense       {} with {}\n", counted(d.views, "view"),
                       counted(d.view_pixels, "pixel"));
   return text;
@@ -122,6 +127,8 @@ nlohmann::json description_json(const MapDescription& d) {
     }
     json["components"].push_back(component);
   }
+  json["tags"] = nlohmann::json::object();
+  for (const auto& [name, center] : d.tags) json["tags"][name] = numbers(center);
   return json;
 }
 

@@ -3,6 +3,7 @@
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
+#include "stillmap/pipeline/site_frame.hpp"
 
 #include <map>
 #include <string>
@@ -27,6 +28,7 @@ struct MapDescription {
   PyramidShape pyramid;
   std::size_t sessions = 0, keyframes = 0, keypoints = 0, landmarks = 0, observations = 0;
   std::vector<ComponentDescription> components;
+  TagCenters tags;                         ///< Those in the world frame of the map.
   std::size_t views = 0, view_pixels = 0;  ///< Number of views of the dense map and their pixels.
 };
 

@@ -5,6 +5,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/number.hpp"
 #include "stillmap/geometry/trajectory.hpp"
+#include "stillmap/map/tag_landmarks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include <Eigen/SVD>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace stillmap {
 namespace {
@@ -31,24 +33,44 @@ std::vector<std::string> words_of(std::string line) {
   return words;
 }
 
-KnownPoint point_of(const std::vector<std::string>& words, const std::string& where) {
-  constexpr std::size_t kWords = 7;
-  if (words.size() != kWords)
-    throw Error(
-        fmt::format("has {} values, not 7", words.size()), where,
-        "write lines 'name,x,y,z,X,Y,Z': the coordinates in the map, and those at the site [m]");
-  KnownPoint point{words[0], {}, {}};
-  for (int i = 0; i < 6; ++i) {
-    const auto number = number_of(words[static_cast<std::size_t>(i) + 1]);
+/// Returns the three coordinates that begin at a word.
+Eigen::Vector3d coordinates(const std::vector<std::string>& words, std::size_t first,
+                            const std::string& where) {
+  Eigen::Vector3d p;
+  for (int i = 0; i < 3; ++i) {
+    const std::string& word = words[first + static_cast<std::size_t>(i)];
+    const auto number = number_of(word);
     if (!number || !std::isfinite(*number))
-      throw Error("'" + words[static_cast<std::size_t>(i) + 1] + "' is no number", where,
+      throw Error("'" + word + "' is no number", where,
                   "write coordinates [m] with a decimal point");
     if (std::abs(*number) > kFarthest)
       throw Error("has a coordinate beyond 10 km, where point clouds lose their millimeters", where,
                   "subtract the same offset from all coordinates at the site");
-    (i < 3 ? point.p_map(i) : point.p_site(i - 3)) = *number;
+    p(i) = *number;
   }
-  return point;
+  return p;
+}
+
+std::string names_of(const TagCenters& tags) {
+  if (tags.empty()) return "it has none: run with --set features.tags=FAMILY";
+  std::vector<std::string> names;
+  for (const auto& [name, center] : tags) names.push_back(name);
+  return fmt::format("it has {}", fmt::join(names, ", "));
+}
+
+KnownPoint point_of(const std::vector<std::string>& words, const TagCenters& tags,
+                    const std::string& where) {
+  constexpr std::size_t kOfPoint = 7, kOfTag = 4;
+  if (words.size() == kOfPoint)
+    return {words[0], coordinates(words, 1, where), coordinates(words, 4, where)};
+  if (words.size() != kOfTag)
+    throw Error(fmt::format("has {} values, not 7 or 4", words.size()), where,
+                "write lines 'name,x,y,z,X,Y,Z': the coordinates in the map, and those at the site "
+                "[m]; or 'tag36h11:7,X,Y,Z' for the center of a tag");
+  const auto tag = tags.find(words[0]);
+  if (tag == tags.end())
+    throw Error("the map has no tag '" + words[0] + "'", where, names_of(tags));
+  return {words[0], tag->second, coordinates(words, 1, where)};
 }
 
 /// The points in both frames, as columns.
@@ -98,7 +120,23 @@ void require_alignable(const Columns& all) {
 
 }  // namespace
 
-std::vector<KnownPoint> read_known_points(const std::filesystem::path& file) {
+TagCenters tag_centers(const MapContent& map) {
+  std::vector<const Landmark*> landmarks;
+  for (const Landmark& l : map.landmarks) {
+    const Keyframe& keyframe = map.keyframes[l.observations.front().keyframe.slot];
+    if (keyframe.component == map.first.begin()->first) landmarks.push_back(&l);
+  }
+  TagCenters centers;
+  for (const auto& [name, corners] : tags_among(landmarks)) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Landmark* corner : corners) sum += corner->p_world;
+    centers[fmt::format("{}:{}", tag_family_names().at(name.family), name.id)] = sum / 4;
+  }
+  return centers;
+}
+
+std::vector<KnownPoint> read_known_points(const std::filesystem::path& file,
+                                          const TagCenters& tags) {
   std::istringstream lines(read_file(file));
   std::vector<KnownPoint> points;
   std::size_t number = 0;
@@ -106,7 +144,7 @@ std::vector<KnownPoint> read_known_points(const std::filesystem::path& file) {
     ++number;
     const auto words = words_of(line);
     if (words.empty() || words.front().starts_with('#')) continue;
-    points.push_back(point_of(words, fmt::format("{}:{}", file.string(), number)));
+    points.push_back(point_of(words, tags, fmt::format("{}:{}", file.string(), number)));
   }
   return points;
 }

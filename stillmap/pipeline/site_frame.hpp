@@ -4,6 +4,7 @@
 #include "stillmap/map/map.hpp"
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,10 +18,18 @@ struct KnownPoint {
   Eigen::Vector3d p_site;  ///< [m]
 };
 
-/// Reads lines "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m], separated by commas,
-/// semicolons, tabs or blanks; lines that begin with # are comments. Throws Error for other lines,
-/// and for coordinates beyond 10 km, which the single precision of point clouds resolves to 1 mm.
-std::vector<KnownPoint> read_known_points(const std::filesystem::path& file);
+/// Positions of the centers of tags [m] by their names, family and number: "tag36h11:7".
+using TagCenters = std::map<std::string, Eigen::Vector3d>;
+
+/// Returns the tags in the component whose world frame is that of the map.
+TagCenters tag_centers(const MapContent& map);
+
+/// Reads lines "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m]; or
+/// "tag36h11:7,X,Y,Z" for the center of a tag in the map. They are separated by commas, semicolons,
+/// tabs or blanks; lines that begin with # are comments. Throws Error for other lines and tags, and
+/// for coordinates beyond 10 km, which the single precision of point clouds resolves to 1 mm.
+std::vector<KnownPoint> read_known_points(const std::filesystem::path& file,
+                                          const TagCenters& tags);
 
 /// How a map lies at its site.
 struct SiteAlignment {

@@ -60,7 +60,7 @@ TEST(SiteFrame, PointsThatDetermineNoPoseAreRefused) {
 TEST(SiteFrame, KnownPointsAreReadFromText) {
   const auto file = test::own_path("points.csv");
   write_file(file, "# name, map, site\ndoor,1,2.5,-3,10,20,30\n\nlamp; 1e-1; 0; 0; 1; 2; 3\r\n");
-  const auto points = read_known_points(file);
+  const auto points = read_known_points(file, {});
   ASSERT_EQ(points.size(), 2U);
   EXPECT_EQ(points[0].name, "door");
   EXPECT_EQ(points[0].p_map, Eigen::Vector3d(1, 2.5, -3));
@@ -68,13 +68,53 @@ TEST(SiteFrame, KnownPointsAreReadFromText) {
   EXPECT_EQ(points[1].p_site, Eigen::Vector3d(1, 2, 3));
   const auto error_with = [&](const std::string& line) {
     write_file(file, "a,0,0,0,0,0,0\n" + line);
-    return error_of([&] { read_known_points(file); });
+    return error_of([&] { read_known_points(file, {{"tag36h11:7", {5, 6, 7}}}); });
   };
   EXPECT_THAT(error_with("b,0,0,0,0,0"), HasSubstr(":2: has 6 values"));
+  EXPECT_THAT(error_with("tag36h11:8,1,2,3"), HasSubstr("it has tag36h11:7"));
+  EXPECT_THAT(error_with("tag36h11:7,1,2,z"), HasSubstr("'z' is no number"));
   EXPECT_THAT(error_with("b,0,0,x,0,0,0"), HasSubstr("'x' is no number"));
   EXPECT_THAT(error_with("b,0,0,nan,0,0,0"), HasSubstr("'nan' is no number"));
   EXPECT_THAT(error_with("b,0,0,0,4500000,0,0"), HasSubstr("subtract the same offset"));
   std::filesystem::remove(file);
+}
+
+TEST(SiteFrame, TheCenterOfATagIsAKnownPoint) {
+  const auto file = test::own_path("points.csv");
+  write_file(file, "tag36h11:7,1,2,3\n");
+  const auto points = read_known_points(file, {{"tag36h11:7", {5, 6, 7}}});
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_EQ(points[0].name, "tag36h11:7");
+  EXPECT_EQ(points[0].p_map, Eigen::Vector3d(5, 6, 7));
+  EXPECT_EQ(points[0].p_site, Eigen::Vector3d(1, 2, 3));
+  std::filesystem::remove(file);
+}
+
+/// Two components, of which each has tag 7; of tag 8 one corner is missing.
+TEST(SiteFrame, CentersOfTagsAreThoseOfTheWorld) {
+  MapContent map;
+  const auto add_corner = [&](std::uint32_t keyframe, std::uint32_t tag, std::uint8_t corner,
+                              const Eigen::Vector3d& p_world) {
+    Landmark landmark;
+    landmark.p_world = p_world;
+    landmark.observations = {{{keyframe, 0}, corner}};
+    landmark.descriptor = descriptor_of({{0, tag}, corner});
+    map.landmarks.push_back(landmark);
+  };
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    Keyframe keyframe;
+    keyframe.id = {i, 0};
+    keyframe.component = i;
+    map.keyframes.push_back(keyframe);
+    map.first[i] = keyframe.id;
+    for (std::uint8_t c = 0; c < 4; ++c) {
+      add_corner(i, 7, c, {c * 0.1, 2.0 + i, c < 2 ? 1.0 : 2.0});
+      if (c < 3) add_corner(i, 8, c, {0, 0, 0});
+    }
+  }
+  const TagCenters centers = tag_centers(map);
+  ASSERT_EQ(centers.size(), 1U);
+  EXPECT_LT((centers.at("tag36h11:7") - Eigen::Vector3d(0.15, 2, 1.5)).norm(), 1e-12);
 }
 
 TEST(SiteFrame, OnlyTheWorldOfTheMapMoves) {

@@ -165,6 +165,7 @@ SlamParameters parameters_of(const Options& options) {
   check_options(options);
   SlamParameters parameters;
   set_features(options.features, parameters.orb);
+  parameters.tags = options.features.tags;
   set_network(options.network, parameters);
   set_motion(options.motion, parameters.motion);
   set_tracking(options.tracking, parameters.tracker);

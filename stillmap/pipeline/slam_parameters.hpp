@@ -40,6 +40,7 @@ struct MoverOptions {
 /// user's Options.
 struct SlamParameters {
   OrbOptions orb;
+  std::string tags = "none";     ///< Family of tags that are landmarks: see TagDetector.
   double disparity_sigma = 0.3;  ///< See Camera::disparity_sigma.
   SegmentOptions segment;
   MotionOptions motion;

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/feature/tag_corners.hpp"
 #include "stillmap/optimize/trajectory_smoother.hpp"
 #include "stillmap/pipeline/camera_check.hpp"
 #include "stillmap/pipeline/snapshot.hpp"
@@ -60,6 +61,11 @@ std::vector<AnchoredView> views_to_begin_with(std::optional<StartingMap>& start)
   return start ? std::move(start->saved.views) : std::vector<AnchoredView>();
 }
 
+std::optional<TagDetector> tag_detector(const std::string& family) {
+  if (family == "none") return std::nullopt;
+  return TagDetector(family);
+}
+
 }  // namespace
 
 SlamSystem::SlamSystem(const Camera& camera, const SlamParameters& options,
@@ -72,6 +78,7 @@ SlamSystem::SlamSystem(const Camera& camera, const SlamParameters& options,
       options_(options),
       camera_(with_disparity_sigma(camera, options.disparity_sigma)),
       extractor_(with_depth_noise(options.orb, camera.depth_sensor)),
+      tags_(tag_detector(options.tags)),
       keypoint_budget_(options.orb.keypoints),
       motion_(options.motion),
       tracker_(camera_, options.orb.pyramid(), options.tracker, how_to_begin(start)),
@@ -125,8 +132,7 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   frame->image = image;
   frame->cells = std::make_shared<CellGrid>(image->depth, camera_);
   instances_.push(image, frame->cells);
-  frame->recorded_features = std::make_shared<Features>(
-      extractor_.extract(image->gray, image->depth, keypoint_budget_.keypoints(), image->ignored));
+  frame->recorded_features = std::make_shared<Features>(features_of(*image));
 
   view_ = mapping_.view_for(image->index);
   log_.settle(view_.made);
@@ -156,6 +162,15 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   mapping_.push(newest_);
   movers_.push(newest_);
   dense_.push(newest_, known.detected, view_);
+}
+
+Features SlamSystem::features_of(const RgbdFrame& image) {
+  Features features =
+      extractor_.extract(image.gray, image.depth, keypoint_budget_.keypoints(), image.ignored);
+  if (!tags_) return features;
+  const TraceScope scope(span::kFeatures);
+  return with_tag_corners(std::move(features), tags_->detect(image.gray), image.depth,
+                          image.ignored, extractor_.options().depth_edge);
 }
 
 MotionInput SlamSystem::motion_input(const Frame& frame,

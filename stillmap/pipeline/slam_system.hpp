@@ -13,6 +13,7 @@
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/tag/tag_detector.hpp"
 #include "stillmap/track/carried_parts.hpp"
 #include "stillmap/track/tracker.hpp"
 
@@ -181,6 +182,7 @@ class SlamSystem {
  private:
   void check(const RgbdFramePtr& frame) const;
   void track(const RgbdFramePtr& image);
+  Features features_of(const RgbdFrame& image);
   MotionInput motion_input(const Frame& frame, const std::optional<InitialPose>& initial) const;
   TrackingTimes tracking_times(double propagation) const;
   void shed_load(const RgbdFrame& image);
@@ -204,6 +206,7 @@ class SlamSystem {
   const SlamParameters options_;
   const Camera camera_;
   OrbExtractor extractor_;
+  std::optional<TagDetector> tags_;
   KeypointBudget keypoint_budget_;
   LoadShedding load_shedding_;
   MotionEstimator motion_;

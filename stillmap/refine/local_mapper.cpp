@@ -2,6 +2,7 @@
 #include "stillmap/refine/local_mapper.hpp"
 
 #include "stillmap/base/trace.hpp"
+#include "stillmap/map/tag_landmarks.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -46,6 +47,7 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
     map_.set_static_log_odds(s.landmark, s.static_log_odds);
   }
   note_matches(map_, keyframe, proposal.landmarks);
+  observe_tags(map_, keyframe.id);
   erase_repeated(proposal.repeated);
   create_from_depth(
       map_, keyframe.id,

@@ -34,23 +34,28 @@ struct FamilyFunctions {
 };
 
 constexpr FamilyFunctions kFamilies[] = {
-    {"36h11", tag36h11_create, tag36h11_destroy},
-    {"25h9", tag25h9_create, tag25h9_destroy},
-    {"16h5", tag16h5_create, tag16h5_destroy},
-    {"36h10", tag36h10_create, tag36h10_destroy},
-    {"Standard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
-    {"Standard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
-    {"Circle21h7", tagCircle21h7_create, tagCircle21h7_destroy}};
+    {"tag36h11", tag36h11_create, tag36h11_destroy},
+    {"tag25h9", tag25h9_create, tag25h9_destroy},
+    {"tag16h5", tag16h5_create, tag16h5_destroy},
+    {"tag36h10", tag36h10_create, tag36h10_destroy},
+    {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
+    {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
+    {"tagCircle21h7", tagCircle21h7_create, tagCircle21h7_destroy}};
 
-using FamilyPtr = std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)>;
-
-FamilyPtr make_family(const std::string& name) {
+const FamilyFunctions& family_of(const std::string& name) {
   const auto* found = std::ranges::find(kFamilies, name, &FamilyFunctions::name);
   if (found == std::end(kFamilies)) {
     throw Error("is not a family of AprilTags", name,
                 fmt::format("use one of {}", fmt::join(tag_family_names(), ", ")));
   }
-  return {found->create(), found->destroy};
+  return *found;
+}
+
+using FamilyPtr = std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)>;
+
+FamilyPtr make_family(const std::string& name) {
+  const FamilyFunctions& functions = family_of(name);
+  return {functions.create(), functions.destroy};
 }
 
 }  // namespace
@@ -69,7 +74,11 @@ struct TagDetector::Library {
   std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector{
       apriltag_detector_create(), apriltag_detector_destroy};
 
-  explicit Library(const std::string& name) : family(make_family(name)) {
+  std::uint8_t number;  // of the family
+
+  explicit Library(const std::string& name)
+      : family(make_family(name)),
+        number(static_cast<std::uint8_t>(&family_of(name) - std::begin(kFamilies))) {
     apriltag_detector_add_family_bits(detector.get(), family.get(), kCorrectedBits);
   }
 };
@@ -88,17 +97,17 @@ std::vector<Tag> TagDetector::detect(const cv::Mat& gray) const {
     apriltag_detection_t* detection = nullptr;
     zarray_get(found.get(), i, &detection);
     Tag& tag = tags.emplace_back();
-    tag.id = static_cast<std::uint32_t>(detection->id);
+    tag.name = {library_->number, static_cast<std::uint32_t>(detection->id)};
     // The library's first pixel has its center at (0.5, 0.5).
     for (int k = 0; k < 4; ++k) {
       tag.corners[k] = {static_cast<float>(detection->p[k][0] - 0.5),
                         static_cast<float>(detection->p[k][1] - 0.5)};
     }
   }
-  std::ranges::stable_sort(tags, {}, &Tag::id);
+  std::ranges::stable_sort(tags, {}, &Tag::name);
   std::vector<Tag> unique;
   for (const Tag& tag : tags) {
-    if (std::ranges::count(tags, tag.id, &Tag::id) == 1) unique.push_back(tag);
+    if (std::ranges::count(tags, tag.name, &Tag::name) == 1) unique.push_back(tag);
   }
   return unique;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -14,9 +15,16 @@ namespace stillmap {
 /// fiducial system, ICRA 2011; Wang and Olson, IROS 2016).
 const std::vector<std::string>& tag_family_names();
 
+/// What is written on a tag.
+struct TagName {
+  std::uint8_t family = 0;  ///< Index of its family in tag_family_names().
+  std::uint32_t id = 0;     ///< Number within its family.
+  auto operator<=>(const TagName&) const = default;
+};
+
 /// A tag in an image.
 struct Tag {
-  std::uint32_t id = 0;  ///< Number within its family.
+  TagName name;
   /// Corners of its black border [pixels], counterclockwise in the image of an upright tag, from
   /// the lower left one. The center of the first pixel is at (0, 0).
   std::array<cv::Point2f, 4> corners;
@@ -31,8 +39,8 @@ class TagDetector {
   TagDetector(TagDetector&&) noexcept;
   ~TagDetector();
 
-  /// Returns the tags by their ids. Of several tags with the same id none is returned, since they
-  /// could not be told apart.
+  /// Returns the tags, ordered by their ids. Of several tags with the same id none is returned,
+  /// since they could not be told apart.
   /// @param gray  8UC1, any size
   std::vector<Tag> detect(const cv::Mat& gray) const;
 
