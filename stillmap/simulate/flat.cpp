@@ -110,13 +110,33 @@ void furnish_wall(MeshBuilder& to, Palette& p, const Transform& T, int kind) {
   }
 }
 
-/// Furnishes the four walls of each room, in a different order in each; passages stay free.
-void furnish_walls(MeshBuilder& to, Palette& p, float x, float y, int room) {
+/// Returns the walls of a room as furnish_wall() takes them: north, east, south, west.
+std::array<Transform, 4> walls_of(const Vector2f& corner) {
+  const float x = corner.x(), y = corner.y();
   const float middle_x = x + kLength / 2, middle_y = y + kWidth / 2, off = kWall / 2;
-  furnish_wall(to, p, place(middle_x, y + kWidth - off, 0), room % 4);
-  furnish_wall(to, p, place(x + kLength - off, middle_y, 0, -90), (room + 1) % 4);
-  furnish_wall(to, p, place(middle_x, y + off, 0, 180), (room + 2) % 4);
-  furnish_wall(to, p, place(x + off, middle_y, 0, 90), (room + 3) % 4);
+  return {place(middle_x, y + kWidth - off, 0), place(x + kLength - off, middle_y, 0, -90),
+          place(middle_x, y + off, 0, 180), place(x + off, middle_y, 0, 90)};
+}
+
+/// Furnishes the four walls of each room, in a different order in each; passages stay free.
+void furnish_walls(MeshBuilder& to, Palette& p, const Vector2f& corner, std::size_t room) {
+  const std::array<Transform, 4> walls = walls_of(corner);
+  for (std::size_t i = 0; i < 4; ++i)
+    furnish_wall(to, p, walls[i], static_cast<int>((room + i) % 4));
+}
+
+/// Returns places on the walls next to what hangs there, by turns in each room.
+std::vector<Transform> tag_places(const std::array<Vector2f, 4>& corner) {
+  // Along the wall, by its kind [m].
+  constexpr std::array<float, 4> kFree{1.54F, -0.18F, 0.15F, 0.5F};
+  std::vector<Transform> places;
+  for (std::size_t wall = 0; wall < 4; ++wall) {
+    for (std::size_t room = 0; room < 4; ++room) {
+      const float along = kFree[(room + wall) % 4];
+      places.push_back(walls_of(corner[room])[wall] * place(along, 0, 1.6F));
+    }
+  }
+  return places;
 }
 
 /// Adds two desks face to face around the origin.
@@ -164,7 +184,7 @@ RoomPlan build_flat(Palette& p, Scene& scene) {
                                        Vector2f(kLength, kWidth), Vector2f(0, kWidth)};
   for (std::size_t i = 0; i < 4; ++i) {
     hang_lamps(to, *rooms[i], corner[i].x(), corner[i].y(), scene);
-    furnish_walls(to, *rooms[i], corner[i].x(), corner[i].y(), static_cast<int>(i));
+    furnish_walls(to, *rooms[i], corner[i], i);
   }
   scene.lighting.ambient = {0.36F, 0.35F, 0.34F};
   scene.statics = to.take();
@@ -179,6 +199,7 @@ RoomPlan build_flat(Palette& p, Scene& scene) {
   }
   RoomPlan plan;
   plan.walk = round_way();
+  plan.tag_places = tag_places(corner);
   plan.seats = {place(kLength / 2, 1.6F, 0)};
   plan.spots = {place(2.2F, 4.8F, 0, -30), place(5.2F, 4.9F, 0, 20)};
   plan.rise = plan.crowd = plan.walk;

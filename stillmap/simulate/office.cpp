@@ -157,6 +157,17 @@ void furnish_west(MeshBuilder& to, Palette& p, RearrangedPieces& pieces) {
   f::poster(to, p, place(0, 4.85F, 1.7F, 90), 0.62F, 0.46F, p.paintings[4]);
 }
 
+/// Returns free places on the walls that are free at both visits, next to what hangs there.
+std::vector<Transform> tag_places() {
+  constexpr float kOnBoard = 0.022F;  // in front of the whiteboard and the pin board [m]
+  return {place(kLength, 0.985F, 1.55F, -90), place(4.54F, kWidth, 1.73F),
+          place(0, 2.575F, 1.55F, 90),        place(2.71F, 0, 1.6F, 180),
+          place(kLength, 5.3F, 1.75F, -90),   place(0, 5.38F, 1.8F, 90),
+          place(0, 1.65F, 1.6F, 90),          place(0.19F, 0, 1.6F, 180),
+          place(kLength, 2.8F, 1.6F, -90),    place(kOnBoard, 2.9F, 1.7F, 90),
+          place(3.15F, kOnBoard, 1.8F, 180),  place(3.95F, kOnBoard, 1.75F, 180)};
+}
+
 }  // namespace
 
 RoomPlan build_office(int visit, Palette& p, Scene& scene) {
@@ -183,6 +194,7 @@ RoomPlan build_office(int visit, Palette& p, Scene& scene) {
                 place(kDeskX - 0.1F, kDeskY - 1.12F, 0, 180)};
   f::office_chair(to, p, plan.seats[0], 0);
   f::office_chair(to, p, plan.seats[1], 2);
+  plan.tag_places = tag_places();
   plan.spots = {place(2.5F, 3.35F, 0, -29),  place(5.72F, 2.75F, 0, -68), place(2.5F, 5.3F, 0, -17),
                 place(5.72F, 4.35F, 0, -53), place(5.5F, 0.9F, 0, -90),   place(1.3F, 4.4F, 0, 0)};
   plan.walk = {{2.45F, 1.75F}, {3.6F, 1.55F}, {4.9F, 1.75F}, {5.3F, 3.2F},

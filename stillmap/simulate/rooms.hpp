@@ -31,6 +31,8 @@ struct RoomPlan {
   double crowd_height = 1.2;
   /// Positions of objects; the latter close to the viewpoint, in its view.
   ObjectPlan things, near_things;
+  /// Places of tags as for hang_tags(), in the order in which they are used.
+  std::vector<Transform> tag_places;
   /// Lanes of vehicles in a scene with a crane, whose objects they are, together with its hook.
   std::vector<Lane> vehicles;
 };

@@ -5,8 +5,10 @@
 #include "stillmap/simulate/figure.hpp"
 #include "stillmap/simulate/palette.hpp"
 #include "stillmap/simulate/rooms.hpp"
+#include "stillmap/simulate/tag_board.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -159,6 +161,9 @@ Scene make_scene(const SceneOptions& options) {
   Random random(static_cast<std::uint64_t>(options.seed), 1);
   Palette palette(scene.textures, random);
   const RoomPlan plan = build(options, palette, scene);
+  check_range(options.tags, static_cast<int>(plan.tag_places.size()), "tags");
+  hang_tags(std::span(plan.tag_places).first(static_cast<std::size_t>(options.tags)), palette,
+            scene);
   bake_light(scene.lighting, scene.statics, options.threads);
   scene.round = plan.walk;
   if (options.activity == "crowd") scene.viewpoint.position.z() = plan.crowd_height;

@@ -6,6 +6,7 @@
 #include "stillmap/simulate/texture.hpp"
 #include "stillmap/simulate/trolley.hpp"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -28,6 +29,9 @@ struct SceneOptions {
   /// yard the crane's swinging hook and two vehicles.
   int things = 0;
   int seed = 1;  ///< Seed of wallpaper, books and clothes.
+  /// Number of AprilTags of family 36h11 with a side of 0.2 m: on walls, 0 to 12; in the yard on
+  /// containers, 0 to 9.
+  int tags = 0;
   /// Visit of the office: 1, or 2, when some pieces of furniture have been moved, removed or added.
   int visit = 1;
   /// Whether these objects move in view, within two or three meters of the viewpoint; in the yard
@@ -49,12 +53,20 @@ struct Rearrangement {
   Eigen::AlignedBox3f first, second;  ///< Its boxes at the visits; empty: it is not there [m].
 };
 
+/// An AprilTag of a scene.
+struct PlacedTag {
+  std::uint32_t id = 0;  ///< Number within the family.
+  /// Corners of its black border in the order of Tag::corners, world frame [m].
+  std::array<Eigen::Vector3d, 4> corners;
+};
+
 /// A room with moving objects. World frame: meters, z up, the floor at z = 0.
 struct Scene {
   simulate::Mesh statics;       ///< Static mesh with light, in the world frame.
   simulate::Textures textures;  ///< Textures of the static mesh and the movers.
   simulate::Lighting lighting;
   std::vector<Rearrangement> rearranged;  ///< What differs between the visits.
+  std::vector<PlacedTag> tags;            ///< By id.
   std::vector<simulate::Mover> movers;    ///< Movers with ids 1, 2, 3, ...
   CameraAnchor viewpoint;
   Eigen::AlignedBox3d room;  ///< Space inside walls, floor and ceiling [m].
@@ -73,8 +85,8 @@ const std::vector<std::string>& scene_names();
 const std::vector<std::string>& activity_names();
 
 /// Builds, furnishes and lights a scene in a few tenths of a second. Equal options give equal
-/// scenes. Throws Error for an unknown scene or activity, or a number of people or objects out of
-/// range.
+/// scenes. Throws Error for an unknown scene or activity, or a number of people, objects or tags
+/// out of range.
 Scene make_scene(const SceneOptions& options);
 
 }  // namespace stillmap

@@ -75,6 +75,7 @@ std::shared_ptr<const Scene> scene_of(const SimulationOptions& options) {
                                                    .activity = options.activity,
                                                    .things = options.things,
                                                    .seed = options.seed,
+                                                   .tags = options.tags,
                                                    .visit = options.visit,
                                                    .near_things = options.near_things,
                                                    .pace = options.speed,

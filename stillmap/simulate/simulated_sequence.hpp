@@ -22,7 +22,9 @@ struct SimulationOptions {
   /// the crane's hook and two vehicles.
   int things = 0;
   bool near_things = false;  ///< Whether they move close to the viewpoint, in its view.
-  int visit = 1;             ///< Visit of the office, with other furniture: 1 or 2.
+  /// Number of AprilTags: 0 to 12 on walls, in the yard 0 to 9 on containers.
+  int tags = 0;
+  int visit = 1;  ///< Visit of the office, with other furniture: 1 or 2.
   /// Camera motion: static, xyz, halfsphere, rpy, loop, follow, trolley.
   std::string camera = "xyz";
   int frames = 300;
@@ -105,7 +107,7 @@ class SimulatedSequence : public FrameSource {
   /// sensor are ignored.
   SimulatedSequence(const SimulationOptions& options, const Camera& camera);
   /// Shares a scene between sequences, since making it dominates the cost of a short sequence.
-  /// Options scene, people, activity and things are ignored.
+  /// Options scene, people, activity, things and tags are ignored.
   SimulatedSequence(const SimulationOptions& options, const Camera& camera,
                     std::shared_ptr<const Scene> scene);
 

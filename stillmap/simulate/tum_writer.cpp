@@ -105,6 +105,19 @@ std::string rearranged_lines(const std::vector<Rearrangement>& pieces) {
   return lines;
 }
 
+std::string tag_lines(const std::vector<PlacedTag>& tags) {
+  std::string lines = "id";
+  for (int i = 0; i < 4; ++i) lines += fmt::format(",x{0},y{0},z{0}", i);
+  lines += "\n";
+  for (const PlacedTag& tag : tags) {
+    lines += fmt::format("{}", tag.id);
+    for (const Eigen::Vector3d& p : tag.corners)
+      lines += fmt::format(",{:.6f},{:.6f},{:.6f}", p.x(), p.y(), p.z());
+    lines += "\n";
+  }
+  return lines;
+}
+
 /// Removes the images of a sequence, TIMESTAMP.png, and no other file.
 void remove_images(const std::filesystem::path& folder) {
   const std::regex name(R"(\d+\.\d{6}\.png)");
@@ -128,6 +141,7 @@ void make_sequence_folder(const std::filesystem::path& folder) {
   std::filesystem::remove(folder / "imu0" / "data.csv");
   std::filesystem::remove(folder / "odometry.txt");
   std::filesystem::remove(folder / "rearranged.csv");
+  std::filesystem::remove(folder / "tags.csv");
   for (const char* name : {"rgb", "depth", "mask", "instance", "speed"}) {
     make_output_folder(folder / name);
     remove_images(folder / name);
@@ -169,6 +183,8 @@ std::size_t write_tum_layout(const SimulatedSequence& sequence, const std::files
   write_file(folder / kMarker, object_lines(sequence.scene().statics.things));
   if (const auto& pieces = sequence.scene().rearranged; !pieces.empty())
     write_file(folder / "rearranged.csv", rearranged_lines(pieces));
+  if (const auto& tags = sequence.scene().tags; !tags.empty())
+    write_file(folder / "tags.csv", tag_lines(tags));
   lists.write(folder);
   return frames;
 }

@@ -24,7 +24,9 @@ namespace stillmap {
 ///   borders, and its share that is also not occluded;
 /// - things.csv: static objects of COCO classes (boxes, world frame [m]);
 /// - rearranged.csv: furniture that is elsewhere, or not there, at one of the two visits (its boxes
-///   at each, world frame [m]); none for other scenes.
+///   at each, world frame [m]); none for other scenes;
+/// - tags.csv: the corners of every AprilTag in the order of Tag::corners (world frame [m]); none
+///   for scenes without tags.
 /// @param done  called after each frame with the number of frames written so far; if it returns
 /// false, the sequence ends there; may be empty
 /// @returns the number of frames written

@@ -11,7 +11,8 @@ using Eigen::Vector2f, Eigen::Vector3f;
 namespace f = furniture;
 
 constexpr float kLength = 10.0F, kWidth = 13.0F, kHeight = 5.5F;  // along x, y, z [m]
-constexpr float kBoxHeight = 1.1F;                                // of a container [m]
+// Size of a container [m].
+constexpr float kBoxLength = 2.0F, kBoxWidth = 1.0F, kBoxHeight = 1.1F;
 /// Height of the camera below the trolley, and its angle below the horizon.
 constexpr double kCameraHeight = 2.7, kDescent = 0.73;  // meters, radians (42 degrees)
 
@@ -50,12 +51,11 @@ class Containers {
     }
   }
 
-  void add(float x, float y, float yaw) {
+  void add(const Transform& T) {
     const std::size_t kind = count_++ % sides_.size();
     BoxSkin skin(sides_[kind]);
     skin.top = roofs_[kind];
-    const Transform T = place(x, y, 0, yaw);
-    to_.box(T, {2.0F, 1.0F, kBoxHeight}, skin);
+    to_.box(T, {kBoxLength, kBoxWidth, kBoxHeight}, skin);
     if (count_ % 3 == 0)
       f::parcel(to_, p_, T * place(-0.4F, 0.1F, kBoxHeight, 20), {0.5F, 0.4F, 0.3F});
     if (count_ % 3 == 1) {
@@ -116,17 +116,29 @@ void furnish_walls(MeshBuilder& to, Palette& p) {
   }
 }
 
+/// A container on the ground: its center [m], and its yaw [degrees].
+struct Stand {
+  float x, y, yaw;
+};
+constexpr std::array kStands{Stand{1.7F, 4.6F, 90}, Stand{5.0F, 4.2F, 0},  Stand{8.5F, 5.4F, 90},
+                             Stand{5.0F, 6.9F, 6},  Stand{1.7F, 8.2F, 90}, Stand{8.6F, 8.6F, 80},
+                             Stand{4.9F, 10.2F, 0}, Stand{7.4F, 11.6F, 0}, Stand{2.2F, 11.4F, -8}};
+
+/// Returns one place on every container, on the side that the camera below the trolley sees.
+std::vector<Transform> tag_places() {
+  constexpr float kUp = 0.75F;  // meters
+  std::vector<Transform> places;
+  for (const Stand& stand : kStands) {
+    const Transform T = place(stand.x, stand.y, 0, stand.yaw);
+    places.push_back(stand.yaw > 45 ? T * place(-kBoxLength / 2, 0, kUp, -90)
+                                    : T * place(0, -kBoxWidth / 2, kUp));
+  }
+  return places;
+}
+
 void fill_yard(MeshBuilder& to, Palette& p) {
   Containers containers(to, p);
-  containers.add(1.7F, 4.6F, 90);
-  containers.add(5.0F, 4.2F, 0);
-  containers.add(8.5F, 5.4F, 90);
-  containers.add(5.0F, 6.9F, 6);
-  containers.add(1.7F, 8.2F, 90);
-  containers.add(8.6F, 8.6F, 80);
-  containers.add(4.9F, 10.2F, 0);
-  containers.add(7.4F, 11.6F, 0);
-  containers.add(2.2F, 11.4F, -8);
+  for (const Stand& stand : kStands) containers.add(place(stand.x, stand.y, 0, stand.yaw));
   pallet(to, p, place(5.0F, 7.95F, 0, 10));
   pallet(to, p, place(9.2F, 10.6F, 0, 80));
   pallet(to, p, place(6.4F, 3.4F, 0, -15));
@@ -158,6 +170,7 @@ RoomPlan build_yard(Palette& p, Scene& scene) {
   plan.walk = {{3.65F, 5.6F}, {3.65F, 7.6F}, {4.1F, 8.9F}, {5.7F, 8.9F},
                {6.45F, 7.9F}, {6.45F, 6.0F}, {5.5F, 5.4F}, {4.3F, 5.3F}};
   plan.walk_start = 2;
+  plan.tag_places = tag_places();
   plan.seats = {place(5.0F, 2.0F, 0)};
   plan.spots = {place(3.9F, 5.6F, 0), place(6.2F, 5.4F, 0), place(5.8F, 8.6F, 0)};
   plan.rise = plan.crowd = plan.walk;
