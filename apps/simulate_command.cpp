@@ -129,7 +129,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--tags", o.tags,
-          "number of AprilTags of family 36h11, ids from 0, with a side of 0.2 m, on walls "
+          "number of AprilTags of family tag36h11, ids from 0, with a side of 0.2 m, on walls "
           "(up to 12) or on the yard's containers (up to 9); their corners: tags.csv")
       ->capture_default_str();
   command->add_option("--frames", o.frames, "number of frames")->capture_default_str();

@@ -125,17 +125,19 @@ void furnish_walls(MeshBuilder& to, Palette& p, const Vector2f& corner, std::siz
     furnish_wall(to, p, walls[i], static_cast<int>((room + i) % 4));
 }
 
-/// Returns places on the walls next to what hangs there, by turns in each room.
+/// Returns places on the walls next to what hangs there that the path of round_way() faces.
 std::vector<Transform> tag_places(const std::array<Vector2f, 4>& corner) {
+  struct Wall {
+    std::size_t room, wall;  // as in walls_of()
+  };
+  constexpr std::array kWalls{Wall{0, 0}, Wall{1, 1}, Wall{2, 3}, Wall{3, 0},
+                              Wall{0, 1}, Wall{1, 2}, Wall{2, 1}, Wall{3, 3},
+                              Wall{0, 2}, Wall{2, 0}, Wall{3, 2}, Wall{2, 2}};
   // Along the wall, by its kind [m].
   constexpr std::array<float, 4> kFree{1.54F, -0.18F, 0.15F, 0.5F};
   std::vector<Transform> places;
-  for (std::size_t wall = 0; wall < 4; ++wall) {
-    for (std::size_t room = 0; room < 4; ++room) {
-      const float along = kFree[(room + wall) % 4];
-      places.push_back(walls_of(corner[room])[wall] * place(along, 0, 1.6F));
-    }
-  }
+  for (const auto& [room, wall] : kWalls)
+    places.push_back(walls_of(corner[room])[wall] * place(kFree[(room + wall) % 4], 0, 1.6F));
   return places;
 }
 

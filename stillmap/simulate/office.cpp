@@ -157,15 +157,21 @@ void furnish_west(MeshBuilder& to, Palette& p, RearrangedPieces& pieces) {
   f::poster(to, p, place(0, 4.85F, 1.7F, 90), 0.62F, 0.46F, p.paintings[4]);
 }
 
-/// Returns free places on the walls that are free at both visits, next to what hangs there.
+/// Returns places that are seen at both visits, next to what hangs on the walls.
 std::vector<Transform> tag_places() {
-  constexpr float kOnBoard = 0.022F;  // in front of the whiteboard and the pin board [m]
-  return {place(kLength, 0.985F, 1.55F, -90), place(4.54F, kWidth, 1.73F),
-          place(0, 2.575F, 1.55F, 90),        place(2.71F, 0, 1.6F, 180),
-          place(kLength, 5.3F, 1.75F, -90),   place(0, 5.38F, 1.8F, 90),
-          place(0, 1.65F, 1.6F, 90),          place(0.19F, 0, 1.6F, 180),
-          place(kLength, 2.8F, 1.6F, -90),    place(kOnBoard, 2.9F, 1.7F, 90),
-          place(3.15F, kOnBoard, 1.8F, 180),  place(3.95F, kOnBoard, 1.75F, 180)};
+  constexpr float kOnDoor = 0.041F, kOnPinBoard = 0.022F;  // in front of the wall [m]
+  return {place(kLength, 0.985F, 1.55F, -90),
+          place(4.54F, kWidth, 1.73F),
+          place(0, 2.575F, 1.55F, 90),
+          place(2.71F, 0, 1.6F, 180),
+          place(kLength, 5.3F, 1.75F, -90),
+          place(0, 5.38F, 1.8F, 90),
+          place(0, 1.65F, 1.6F, 90),
+          place(0.19F, 0, 1.6F, 180),
+          place(kLength, 2.8F, 1.6F, -90),
+          place(5.1F, kOnDoor, 1.335F, 180),
+          place(3.15F, kOnPinBoard, 1.8F, 180),
+          place(3.95F, kOnPinBoard, 1.75F, 180)};
 }
 
 }  // namespace

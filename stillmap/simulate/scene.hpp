@@ -29,7 +29,7 @@ struct SceneOptions {
   /// yard the crane's swinging hook and two vehicles.
   int things = 0;
   int seed = 1;  ///< Seed of wallpaper, books and clothes.
-  /// Number of AprilTags of family 36h11 with a side of 0.2 m: on walls, 0 to 12; in the yard on
+  /// Number of AprilTags of family tag36h11 with a side of 0.2 m: on walls, 0 to 12; in the yard on
   /// containers, 0 to 9.
   int tags = 0;
   /// Visit of the office: 1, or 2, when some pieces of furniture have been moved, removed or added.

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr const char* kFamily = "36h11";
+constexpr const char* kFamily = "tag36h11";
 constexpr int kSide = 512;  // Side of a print: a power of two, not resampled [texels].
 constexpr int kCell = 50;   // Side of a cell [texels].
 constexpr float kMetersPerTexel = 5e-4F;  // A pixel sees two to four texels at 1 m.

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <fstream>
+#include <sstream>
+#include <string>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
@@ -110,6 +112,37 @@ TEST_F(TumWriter, ListsNameEveryFrame) {
   EXPECT_NE(read_file(folder_ / "associations.txt")
                 .find("0.033333 rgb/0.033333.png 0.033333 depth/0.033333.png"),
             std::string::npos);
+}
+
+TEST_F(TumWriter, CornersOfTagsAreWrittenAndThoseOfAnEarlierSequenceRemoved) {
+  SimulationOptions options = tiny();
+  options.frames = 1;
+  options.tags = 2;
+  const SimulatedSequence sequence(options);
+  write_tum_layout(sequence, folder_);
+  std::ifstream file(folder_ / "tags.csv");
+  std::string header;
+  std::getline(file, header);
+  EXPECT_EQ(header, "id,x0,y0,z0,x1,y1,z1,x2,y2,z2,x3,y3,z3");
+  std::size_t lines = 0;
+  for (std::string line; std::getline(file, line); ++lines) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream fields(line);
+    std::size_t id = 0;
+    fields >> id;
+    EXPECT_EQ(id, lines);
+    ASSERT_LT(id, 2U);
+    for (const Eigen::Vector3d& corner : sequence.scene().tags[id].corners) {
+      Eigen::Vector3d p;
+      fields >> p.x() >> p.y() >> p.z();
+      EXPECT_LT((p - corner).norm(), 1e-6);
+    }
+    EXPECT_TRUE(fields);
+  }
+  EXPECT_EQ(lines, 2U);
+  options.tags = 0;
+  write_tum_layout(SimulatedSequence(options), folder_);
+  EXPECT_FALSE(fs::exists(folder_ / "tags.csv"));
 }
 
 TEST_F(TumWriter, AFolderThatCannotBeCreatedIsAnError) {

@@ -126,12 +126,13 @@ constexpr std::array kStands{Stand{1.7F, 4.6F, 90}, Stand{5.0F, 4.2F, 0},  Stand
 
 /// Returns one place on every container, on the side that the camera below the trolley sees.
 std::vector<Transform> tag_places() {
-  constexpr float kUp = 0.75F;  // meters
+  // Below the name of its owner [m].
+  constexpr float kUp = 0.49F, kAlong = -0.3F;
   std::vector<Transform> places;
   for (const Stand& stand : kStands) {
     const Transform T = place(stand.x, stand.y, 0, stand.yaw);
     places.push_back(stand.yaw > 45 ? T * place(-kBoxLength / 2, 0, kUp, -90)
-                                    : T * place(0, -kBoxWidth / 2, kUp));
+                                    : T * place(kAlong, -kBoxWidth / 2, kUp));
   }
   return places;
 }
