@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/feature/features.hpp"
-#include "stillmap/feature/orb_extractor.hpp"
 #include "stillmap/tag/tag_detector.hpp"
 
 #include <compare>
@@ -27,9 +26,11 @@ Descriptor descriptor_of(const TagCorner& corner);
 std::optional<TagCorner> tag_corner_of(const Descriptor& descriptor);
 
 /// Returns features with further keypoints, of level 0, at the corners of tags, four in a row for
-/// each tag. Tags with an ignored corner, or one outside the image, are left out.
+/// each tag, with the depths of the plane that fits all depths within the tag: single readings
+/// would turn it by several degrees. Tags with an ignored corner, or one outside the image, are
+/// left out.
 /// @param depth, ignored  images, as for OrbExtractor::extract()
 Features with_tag_corners(Features features, std::span<const Tag> tags, const cv::Mat& depth,
-                          const cv::Mat& ignored, const DepthEdge& edge);
+                          const cv::Mat& ignored);
 
 }  // namespace stillmap

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 namespace stillmap {
@@ -23,6 +25,11 @@ constexpr double kMaxError = 0.03;
 /// Maximum distance of another tag's corners after the alignment by one tag, at that tag [m] and
 /// per distance from it [m/m]: the rotation by one tag is inaccurate.
 constexpr double kMaxOffset = 0.05, kMaxOffsetPerMeter = 0.1;
+/// Standard deviation of a corner's position: constant [m], and per that of a depth reading.
+constexpr double kFloorSigma = 0.001, kPlaneSigma = 0.1;
+/// Maximum standard deviation of the rotation about any axis [rad]: a small tag far away says
+/// little.
+constexpr double kMaxRotationSigma = 0.04;
 /// Maximum distance of two landmarks of one corner that are merged [m].
 constexpr double kWeldDistance = 0.1;
 
@@ -44,10 +51,24 @@ std::map<TagName, TagLandmarks> tags_of(const Map& map, std::span<const Keyframe
   return tags_among(landmarks);
 }
 
-/// The corners of a tag in the world frames of the query's and of the candidate's side.
+/// The corners of a tag in the world frames of the query's and of the candidate's side, and the
+/// variances of their differences [m^2].
 struct TagPair {
   Eigen::Matrix<double, 3, 4> query, candidate;
+  Eigen::Vector4d variance;
 };
+
+/// Returns the variance of the position of a tag's corner [m^2]. It is the error of the plane that
+/// the depths within the tag give it (with_tag_corners()), and the same in all frames.
+double variance_of(const Map& map, const Landmark& corner) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Observation& o : corner.observations) {
+    const Pose& T_world_camera = map.at(o.keyframe).T_world_camera;
+    nearest = std::min(nearest, (T_world_camera.inverse() * corner.p_world).z());
+  }
+  const double sigma = kFloorSigma + kPlaneSigma * map.camera().depth_sensor.sigma(nearest);
+  return sigma * sigma;
+}
 
 Eigen::Matrix<double, 3, 4> corners_of(const TagLandmarks& tag) {
   Eigen::Matrix<double, 3, 4> corners;
@@ -65,7 +86,11 @@ std::vector<TagPair> tag_pairs(const Map& map, KeyframeId query, KeyframeId cand
     if (there == of_candidate.end()) continue;
     const bool shared = std::ranges::any_of(
         here, [&](const Landmark* l) { return std::ranges::count(there->second, l) > 0; });
-    if (!shared) pairs.push_back({corners_of(here), corners_of(there->second)});
+    if (shared) continue;
+    TagPair& pair = pairs.emplace_back(corners_of(here), corners_of(there->second));
+    for (std::size_t i = 0; i < here.size(); ++i)
+      pair.variance[static_cast<Eigen::Index>(i)] =
+          variance_of(map, *here[i]) + variance_of(map, *there->second[i]);
   }
   return pairs;
 }
@@ -113,6 +138,23 @@ std::vector<TagPair> consensus(const std::vector<TagPair>& pairs) {
   return best;
 }
 
+/// Returns the largest standard deviation of the rotation that aligns tags, about any axis [rad].
+double rotation_sigma(const std::vector<TagPair>& pairs) {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const TagPair& pair : pairs)
+    center += pair.query.rowwise().mean() / static_cast<double>(pairs.size());
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (const TagPair& pair : pairs) {
+    for (int i = 0; i < 4; ++i) {
+      const Eigen::Vector3d d = pair.query.col(i) - center;
+      information +=
+          (d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose()) / pair.variance[i];
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+  return 1 / std::sqrt(solver.eigenvalues()[0]);
+}
+
 /// Returns the landmarks of corners of tags that keyframes observe.
 std::map<TagCorner, LandmarkId> corners_seen_by(const Map& map,
                                                 std::span<const KeyframeId> keyframes) {
@@ -155,6 +197,10 @@ LoopVerification verify_tags(const Map& map, KeyframeId query, KeyframeId candid
   const std::vector<TagPair> fitting = consensus(pairs);
   if (fitting.empty())
     return {std::nullopt, fmt::format("no rigid motion fits the tags ({})", pairs.size()), 1};
+  if (const double sigma = rotation_sigma(fitting); sigma > kMaxRotationSigma) {
+    return {std::nullopt, fmt::format("the tags determine the rotation to {:.3f} rad only", sigma),
+            2};
+  }
   const Pose& T_world_query = map.at(query).T_world_camera;
   const Pose T_world_matched = alignment(fitting) * T_world_query;
   LoopMatch match;
@@ -165,9 +211,9 @@ LoopVerification verify_tags(const Map& map, KeyframeId query, KeyframeId candid
   match.inliers = static_cast<int>(4 * fitting.size());
   if (match.same_component) {
     if (std::string reason = why_no_drift(map, query, candidate, T_world_matched); !reason.empty())
-      return {std::nullopt, std::move(reason), 2};
+      return {std::nullopt, std::move(reason), 3};
   }
-  return {std::move(match), "", 3};
+  return {std::move(match), "", 4};
 }
 
 int weld_tags(Map& map, std::span<const KeyframeId> a, std::span<const KeyframeId> b) {

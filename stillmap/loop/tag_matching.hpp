@@ -14,8 +14,8 @@ namespace stillmap {
 std::vector<KeyframeId> places_with_same_tags(const Map& map, KeyframeId query);
 
 /// Verifies that the tags around two keyframes are the same ones: their corners are aligned by a
-/// rigid motion, which must fit all corners of at least one tag, and, within a component, be
-/// possible drift: see why_no_drift(). Changes nothing.
+/// rigid motion, which must fit all corners of at least one tag, be determined by them, and, within
+/// a component, be possible drift: see why_no_drift(). Changes nothing.
 LoopVerification verify_tags(const Map& map, KeyframeId query, KeyframeId candidate);
 
 /// Merges the landmarks of equal corners of tags that two groups of keyframes observe, if they are

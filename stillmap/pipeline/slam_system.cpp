@@ -170,7 +170,7 @@ Features SlamSystem::features_of(const RgbdFrame& image) {
   if (!tags_) return features;
   const TraceScope scope(span::kFeatures);
   return with_tag_corners(std::move(features), tags_->detect(image.gray), image.depth,
-                          image.ignored, extractor_.options().depth_edge);
+                          image.ignored);
 }
 
 MotionInput SlamSystem::motion_input(const Frame& frame,
