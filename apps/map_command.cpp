@@ -398,14 +398,16 @@ void add_map_command(CLI::App& app, int& exit_code) {
       ->expected(2)
       ->type_name("FILE or DIR");
   comparing
-      ->add_option("-o,--out", arguments->out,
-                   "folder for changes.json, changes.ply, changes.png, and the later map as after.ply, with "
-                   "its views in after.txt")
+      ->add_option(
+          "-o,--out", arguments->out,
+          "folder for changes.json, changes.ply, changes.png, and the later map as after.ply, with "
+          "its views in after.txt")
       ->required()
       ->type_name("DIR");
   add_force_option(*comparing, arguments->force);
-  comparing->footer("Example:\n  stillmap map changes monday.map friday.map --out changes\n"
-                    "  stillmap view changes");
+  comparing->footer(
+      "Example:\n  stillmap map changes monday.map friday.map --out changes\n"
+      "  stillmap view changes");
   comparing->callback([arguments, &exit_code] { exit_code = changes(*arguments); });
   CLI::App* aligning =
       map->add_subcommand("align", "move the map into the frame of its site, by known points");

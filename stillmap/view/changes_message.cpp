@@ -52,7 +52,7 @@ Json changes_message(const fs::path& folder) {
     if (!fs::exists(folder / name))
       throw Error(fmt::format("has no {}", name), folder.string(), kCompareAgain);
   }
-  const fs::path file = folder / kMapChanges;
+  const fs::path file = folder / kChangesFile;
   Json message{{"type", "changes"}, {"changes", Json::array()}};
   with_json_of(file, kCompareAgain, [&] {
     const auto json = Json::parse(read_file(file));

@@ -7,7 +7,7 @@
 namespace stillmap {
 
 /// The file by which a folder that `stillmap map changes` wrote is known.
-constexpr const char* kMapChanges = "changes.json";
+constexpr const char* kChangesFile = "changes.json";
 
 /// Returns the changes between two visits in the folder that `stillmap map changes` wrote: type
 /// "changes"; protocol.md has its format. Throws Error if a file is missing or damaged.

@@ -300,7 +300,7 @@ void publish_recorded_run(const fs::path& run, const std::optional<WarningRules>
   const GroundHints hints = ground_hints({}, {}, rules);
   if (fs::is_directory(run) && fs::exists(run / "trajectory.txt")) {
     publish_run_folder(run, rules, board);
-  } else if (fs::is_directory(run) && fs::exists(run / kMapChanges)) {
+  } else if (fs::is_directory(run) && fs::exists(run / kChangesFile)) {
     publish_map_changes(run, hints, board);
   } else if (fs::is_regular_file(run) && run.extension() == ".ply") {
     const Cloud cloud = read_ply(run);

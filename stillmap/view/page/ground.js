@@ -109,7 +109,7 @@ let flights = 0;
 export function flyTo(place, radius) {
   const controls = view.name === 'top' ? above : orbit, eye = controls.object, flight = flights += 1, begin = performance.now();
   const target = world.localToWorld(new THREE.Vector3(...place)), offset = eye.position.clone().sub(controls.target);
-  if (controls === orbit) offset.setLength(2 * radius / tangent());
+  if (controls === orbit) offset.setLength(1.3 * radius / tangent());
   const from = [controls.target.clone(), eye.position.clone()], to = [target, target.clone().add(offset)];
   const step = () => {
     const share = Math.min(1, (performance.now() - begin) / 400);
