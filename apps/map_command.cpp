@@ -176,6 +176,9 @@ int changes(const MapArguments& arguments) {
   }();
   folder.write_text("changes.json", json_text(changes_json(found), 2) + "\n");
   folder.write("changes.ply", [&](const fs::path& file) { write_ply(file, changes_cloud(found)); });
+  folder.write("after.ply", [&](const fs::path& file) { write_ply(file, found.after.cloud); });
+  folder.write("after.txt",
+               [&](const fs::path& file) { write_trajectory(file, found.after.cameras); });
   folder.write("changes.png", [&](const fs::path& file) { write_png(file, draw_changes(found)); });
   print_out("{}{}", changes_text(found), folder.written_text());
   folder.require_all();
@@ -396,12 +399,16 @@ void add_map_command(CLI::App& app, int& exit_code) {
       ->expected(2)
       ->type_name("FILE or DIR");
   comparing
-      ->add_option("-o,--out", arguments->out,
-                   "folder for changes.json, changes.ply and changes.png")
+      ->add_option(
+          "-o,--out", arguments->out,
+          "folder for changes.json, changes.ply, changes.png, and the later map as after.ply, with "
+          "its views in after.txt")
       ->required()
       ->type_name("DIR");
   add_force_option(*comparing, arguments->force);
-  comparing->footer("Example:\n  stillmap map changes monday.map friday.map --out changes");
+  comparing->footer(
+      "Example:\n  stillmap map changes monday.map friday.map --out changes\n"
+      "  stillmap view changes");
   comparing->callback([arguments, &exit_code] { exit_code = changes(*arguments); });
   CLI::App* aligning =
       map->add_subcommand("align", "move the map into the frame of its site, by known points");

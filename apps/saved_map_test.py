@@ -4,6 +4,7 @@
 
   apps/saved_map_test.py PROGRAM     PROGRAM: the built command
 """
+import base64
 import hashlib
 import json
 import re
@@ -303,9 +304,27 @@ for model in models:
         self.assertIn("went", {change["kind"] for change in found["changes"]})
         self.assertGreater(found["after"]["compared"], 0.8)
         self.assertTrue((changes / "changes.png").read_bytes().startswith(b"\x89PNG"))
-        self.assertTrue((changes / "changes.ply").stat().st_size > 1000)
+        def points(name):
+            data = (changes / name).read_bytes().split(b"end_header\n", 1)[1]
+            return {data[i:i + 12]: tuple(data[i + 12:i + 15]) for i in range(0, len(data), 15)}
+        later, colors = points("after.ply"), {(44, 160, 44): True, (31, 119, 180): True, (214, 39, 40): False, (148, 103, 189): False}
+        changed = points("changes.ply")
+        self.assertGreater(len(changed), 100)
+        for point, color in changed.items():  # what appeared or was moved to a place is in the later map, in the same frame
+            self.assertEqual(point in later, colors[color])
+        self.assertGreater(len((changes / "after.txt").read_text().splitlines()), 2)
+        page = self.folder / "changes.html"
+        self.assertEqual(stillmap("view", changes, "--html", page).returncode, 0)
+        messages = [json.loads(base64.b64decode(text)) for text in re.findall('data-kind="json">([^<]*)<', page.read_text())]
+        viewed = next(message for message in messages if message["type"] == "changes")
+        self.assertEqual([change["kind"] for change in viewed["changes"]], [change["kind"] for change in found["changes"]])
+        self.assertEqual((viewed["before"], viewed["after"]), (found["before"]["name"], found["after"]["name"]))
         self.refused(stillmap("map", "changes", self.map, "--out", changes), 2, "files")
         self.refused(stillmap("map", "changes", self.map, self.map, "--out", changes), 1, "is the same map as", "fix:")
+        (changes / "changes.json").write_text('{"changes": 3}')
+        self.refused(stillmap("view", changes, "--html", page), 1, "changes.json", "fix: run `stillmap map changes` again")
+        (changes / "changes.json").unlink()
+        self.refused(stillmap("view", changes, "--html", page), 1, "is no folder of results", "stillmap map changes --out")
 
     def test_command_lines_that_make_no_sense(self):
         self.refused(self.run_sequence("z", "--localize-only"), 2, "--load-map")

@@ -100,11 +100,12 @@ int view(const ViewArguments& arguments) {
 
 void add_view_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<ViewArguments>();
-  CLI::App* command =
-      app.add_subcommand("view", "show the results of a run, a saved map or a cloud in a browser");
+  CLI::App* command = app.add_subcommand(
+      "view", "show the results of a run, a saved map, changes or a cloud in a browser");
   command
       ->add_option("run", arguments->run,
-                   "folder of results of stillmap run, saved map, or cloud (.ply)")
+                   "folder of results of stillmap run or stillmap map changes, saved map, or cloud "
+                   "(.ply)")
       ->required();
   command->add_option("--port", arguments->port, "port of the page; 0: any free one")
       ->capture_default_str();

@@ -11,6 +11,7 @@ import re
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -545,6 +546,52 @@ class InTheBrowser(ViewTest):
         layers = page.run("[...document.querySelectorAll('[data-layer]')].filter((b) => b.offsetParent).map((b) => b.dataset.layer)")
         self.assertEqual(layers, ["cloud", "keyframes", "grid"])
         self.assertTrue(page.run("document.getElementById('colors').options[2].disabled"), "there are no classes")
+
+    def map_changes(self):
+        """What `stillmap map changes` writes: a chair went, a table was moved by 3 m, and something unknown appeared."""
+        folder = self.folder / "changes"
+        if folder.exists():
+            return folder
+        folder.mkdir()
+
+        def surface(x, y, z):
+            return {"min": [x, y, z], "max": [x + 0.6, y + 0.8, z + 0.6]}
+        changes = [{"kind": "moved", "class": "table", "before": surface(-2, 0.2, 3), "after": surface(1, 0.2, 3)},
+                   {"kind": "went", "class": "chair", "before": surface(0, 0.2, 5)}, {"kind": "appeared", "class": "unknown", "after": surface(2, 0.2, 1)}]
+        (folder / "changes.json").write_text(json.dumps({"changes": changes, "before": {"name": "monday"}, "after": {"name": "friday"}}))
+
+        def cloud(name, points):
+            header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n" + "".join(f"property float {axis}\n" for axis in "xyz")
+                      + "".join(f"property uchar {color}\n" for color in ("red", "green", "blue")) + "end_header\n")
+            (folder / name).write_bytes(header.encode() + b"".join(struct.pack("<3f3B", *point) for point in points))
+        cloud("after.ply", [(x / 20, 1, z / 20, 90, 90, 90) for x in range(-80, 80) for z in range(160)])
+        cloud("changes.ply", [(x / 10, 0.5, 5.3, 214, 39, 40) for x in range(6)] + [(-1.7, 0.5, 3.3, 148, 103, 189)])
+        (folder / "after.txt").write_text("".join(f"{i} {i / 10} 0 0 0 0 0 1\n" for i in range(5)))
+        return folder
+
+    def test_changes_are_listed_and_a_click_moves_the_view_to_one(self):
+        file = self.folder / "changes.html"
+        subprocess.run([PROGRAM, "view", self.map_changes(), "--html", file], check=True, stdout=subprocess.DEVNULL)
+        for url in (self.view("view", self.map_changes(), "--port", "0").url, file.as_uri()):
+            page = self.browser.page(url)
+            page.wait("stillmap.changes === 3 && stillmap.keyframes === 5 && document.querySelector('[data-layer=changes]').offsetParent !== null", 120)
+            texts = ["table moved 3.00 m", "chair went", "object appeared"]
+            self.assertEqual(page.run("[...document.querySelectorAll('#changes button')].map((b) => b.textContent.trim())"), texts)
+            self.assertEqual(page.run("[...document.querySelectorAll('.label')].map((e) => e.textContent)"), texts)
+            self.assertEqual(page.run("document.getElementById('name').textContent"), "monday → friday")
+            layers = page.run("[...document.querySelectorAll('[data-layer]')].filter((b) => b.offsetParent).map((b) => b.dataset.layer)")
+            self.assertEqual(layers, ["cloud", "keyframes", "changes", "grid"])
+            for key in ("2", "1"):  # in both views, the place of the object comes to the middle
+                page.key(key)
+                page.run("document.querySelectorAll('#changes button')[1].click()")
+                page.wait("""(() => { const r = document.querySelectorAll('.label')[1].getBoundingClientRect(), [x, y] = stillmap.middle();
+                  return Math.abs((r.left + r.right) / 2 - x) < 10 && r.bottom < y + 10 && r.bottom > y - 250; })()""")
+            page.run("for (const name of ['cloud', 'keyframes', 'grid']) document.querySelector(`[data-layer=${name}]`).click()")
+            self.assertGreater(page.run("stillmap.inked()"), 1e-3)
+            page.run("document.querySelector('[data-layer=changes]').click()")
+            page.wait("[...document.querySelectorAll('.label')].every((e) => e.offsetParent === null)")
+            self.assertEqual(page.run("stillmap.inked()"), 0)
+            self.assertEqual((self.state(page)["errors"], page.logs), (0, []))
 
     def test_the_help_opens_at_its_top_and_the_map_is_beside_the_panels(self):
         page = self.browser.page(self.view("view", self.crowded_run(), "--port", "0").url)

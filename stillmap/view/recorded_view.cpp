@@ -10,6 +10,7 @@
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/run_folder.hpp"
+#include "stillmap/view/changes_message.hpp"
 #include "stillmap/view/cloud_chunks.hpp"
 #include "stillmap/view/planner_message.hpp"
 #include "stillmap/view/run_images.hpp"
@@ -277,6 +278,21 @@ void publish_saved_map(const fs::path& file, const GroundHints& hints, TopicBoar
   board.publish(map_message(keyframes, {}, displayed_ground(all, cloud, hints)));
 }
 
+/// Publishes the map of the later visit and what changed since the earlier one.
+void publish_map_changes(const fs::path& folder, const GroundHints& hints, TopicBoard& board) {
+  const nlohmann::json changes = changes_message(folder);
+  const std::string name = fmt::format("{} → {}", changes["before"].get<std::string>(),
+                                       changes["after"].get<std::string>());
+  board.publish(run_message(name, Camera(), std::nullopt, Viewed::kMapChanges));
+  const Cloud cloud = read_ply(folder / "after.ply");
+  publish_cloud(board, cloud);
+  const Trajectory views = read_trajectory(folder / "after.txt");
+  std::vector<Pose> poses;
+  for (const StampedPose& view : views) poses.push_back(view.T_world_camera);
+  board.publish(map_message(poses, {}, displayed_ground(views, cloud, hints)));
+  board.publish(changes);
+}
+
 }  // namespace
 
 void publish_recorded_run(const fs::path& run, const std::optional<WarningRules>& rules,
@@ -284,6 +300,8 @@ void publish_recorded_run(const fs::path& run, const std::optional<WarningRules>
   const GroundHints hints = ground_hints({}, {}, rules);
   if (fs::is_directory(run) && fs::exists(run / "trajectory.txt")) {
     publish_run_folder(run, rules, board);
+  } else if (fs::is_directory(run) && fs::exists(run / kChangesFile)) {
+    publish_map_changes(run, hints, board);
   } else if (fs::is_regular_file(run) && run.extension() == ".ply") {
     const Cloud cloud = read_ply(run);
     board.publish(run_message(run.filename().string(), Camera(), std::nullopt, Viewed::kCloud));
@@ -293,7 +311,8 @@ void publish_recorded_run(const fs::path& run, const std::optional<WarningRules>
     publish_saved_map(run, hints, board);
   } else {
     throw Error("is no folder of results, saved map or cloud", run.string(),
-                "name the folder that `stillmap run --out` wrote, FILE.map or FILE.ply");
+                "name the folder that `stillmap run --out` or `stillmap map changes --out` wrote, "
+                "FILE.map or FILE.ply");
   }
   if (!rules) return;
   board.publish(zones_message(*rules));

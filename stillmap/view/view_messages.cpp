@@ -48,6 +48,8 @@ const char* name_of(Viewed viewed) {
       return "map";
     case Viewed::kCloud:
       return "cloud";
+    case Viewed::kMapChanges:
+      return "changes";
   }
   return "";
 }

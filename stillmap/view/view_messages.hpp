@@ -48,7 +48,7 @@ std::string path_message(const std::vector<PathFrame>& path);
 std::string image_message(const TrackedFrame& tracked);
 
 /// What a page shows.
-enum class Viewed : std::uint8_t { kRunInProgress, kFinishedRun, kSavedMap, kCloud };
+enum class Viewed : std::uint8_t { kRunInProgress, kFinishedRun, kSavedMap, kCloud, kMapChanges };
 
 /// Returns what is constant while something is shown: type "run".
 nlohmann::json run_message(const std::string& name, const Camera& camera,

@@ -4,12 +4,12 @@ import { $, on, send, setPill, state } from './page.js';
 import { decode } from './messages.js';
 import { LOST, RELOCALIZED } from './path.js';
 
-const KINDS = { live: 'waiting for the first frame', run: 'finished run', map: 'saved map', cloud: 'cloud' };
+const KINDS = { live: 'waiting for the first frame', run: 'finished run', map: 'saved map', cloud: 'cloud', changes: 'changes' };
 
 // The messages of a program that has nothing to show, with which each connection begins.
 const NOTHING = [
   { type: 'path', n: 0, t: new Float64Array(0), p: new Float32Array(0), s: new Uint8Array(0) }, { type: 'map', keyframes: [], events: [] },
-  { type: 'movers', movers: [] }, { type: 'tracks', tracks: [] }, { type: 'objects', objects: [] }, { type: 'palette', colors: [], names: [] }, { type: 'planner' },
+  { type: 'movers', movers: [] }, { type: 'tracks', tracks: [] }, { type: 'objects', objects: [] }, { type: 'changes', changes: [], went: [], from: [] }, { type: 'palette', colors: [], names: [] }, { type: 'planner' },
   { type: 'zones', zones: [] }, { type: 'points', points: [] }, { type: 'warnings', active: [], count: 0 }, { type: 'events', events: [] }, { type: 'summary', summary: {} },
 ];
 

@@ -48,7 +48,7 @@ let frames = null;  // length of the sequence; null: not known
 on('run', (message) => {
   frames = message.frames;
   const tab = document.querySelector('[data-panel=frame]');
-  $('frame').hidden = tab.hidden = message.kind === 'map' || message.kind === 'cloud';
+  $('frame').hidden = tab.hidden = ['map', 'cloud', 'changes'].includes(message.kind);
   $('frame-title').textContent = tab.textContent = message.live ? 'Frame' : 'Run';
 });
 on('frame', (message) => {

@@ -104,6 +104,25 @@ export function fit() {
   redraw();
 }
 
+let flights = 0;
+// Moves the view within 0.4 s to a place of the world, so that a sphere of a radius [m] around it is seen well.
+export function flyTo(place, radius) {
+  const controls = view.name === 'top' ? above : orbit, eye = controls.object, flight = flights += 1, begin = performance.now();
+  const target = world.localToWorld(new THREE.Vector3(...place)), offset = eye.position.clone().sub(controls.target);
+  if (controls === orbit) offset.setLength(1.3 * radius / tangent());
+  const from = [controls.target.clone(), eye.position.clone()], to = [target, target.clone().add(offset)];
+  const step = () => {
+    const share = Math.min(1, (performance.now() - begin) / 400);
+    controls.target.lerpVectors(from[0], to[0], share);
+    eye.position.lerpVectors(from[1], to[1], share);
+    controls.update();
+    redraw();
+    if (share < 1 && flight === flights) requestAnimationFrame(step);
+  };
+  view.touched = true;
+  step();
+}
+
 $('cut').addEventListener('input', () => setCut());
 on('map', (message) => { if (message.up) setGround(message); });
 on('map-changed', setHeights);

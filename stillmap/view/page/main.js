@@ -7,6 +7,7 @@ import { distribute, showLateChunks } from './cloud.js';
 import { drawPath, eye, follow } from './camera.js';
 import './ground.js';
 import './movers.js';
+import './changes.js';
 import './rules.js';
 import './planner.js';
 import { advance, drawMarks } from './timeline.js';

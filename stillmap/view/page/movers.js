@@ -21,14 +21,14 @@ export const shadeOf = (id) => (alarmed.has(id) ? color('lost') : colorOfId(id))
 
 // Returns a box along the axes of the world as one that stands upright: each axis becomes the nearest one along or across the
 // upward direction, which is the last.
-function standing({ min, max }) {
+export function standing({ min, max }) {
   const slopes = ground.up.map(Math.abs), last = slopes.indexOf(Math.max(...slopes)), order = [(last + 1) % 3, (last + 2) % 3, last];
   const axis = (k) => new THREE.Vector3().setComponent(k, Math.sign(ground.up[last]));
   const turn = new THREE.Quaternion().setFromUnitVectors(axis(last), new THREE.Vector3(...ground.up));
   return { center: min.map((low, k) => (low + max[k]) / 2), size: order.map((k) => max[k] - min[k]), axes: order.map((k) => axis(k).applyQuaternion(turn).toArray()) };
 }
 // Returns the middle of the upper face of an upright box.
-const topOf = ({ center, size, axes }) => center.map((c, k) => c + axes[2][k] * size[2] / 2);
+export const topOf = ({ center, size, axes }) => center.map((c, k) => c + axes[2][k] * size[2] / 2);
 function drawMover(m) {
   const shade = shadeOf(m.id), speed = Math.hypot(...m.v), trail = trails.get(m.id) || [], box = standing(m);
   addLines(layers.movers, boxEdges(box), { shade, opacity: m.observed ? 1 : 0.45 });

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { decode, forEachRun } from './messages.js';
 import { indexAt, lower, path, pathLength, pointAt, pushFrame, setPath } from './path.js';
-import { countText, firstOf, msText, nameOf, zonesYaml } from './text.js';
+import { changeText, countText, firstOf, msText, nameOf, zonesYaml } from './text.js';
 import { addDynamics, rowsOf, textsBetween } from './time_rows.js';
 import { alarmsOf, barsOf, byMover, isActive, liveText, nearestOf, recordedText, unknownOf } from './warnings.js';
 
@@ -73,6 +73,12 @@ test('numbers are short', () => {
 test('names have the number if there is one', () => {
   assert.deepEqual([nameOf({ class: 'person', id: 3 }), nameOf({ class: 'unknown', id: 4 }), nameOf({ class: 'person', id: -2 })], ['person 3', 'object 4', 'person']);
   assert.deepEqual([firstOf(['a', 'b', 'c'], 2), firstOf(['a', 'b', 'c', 'd'], 2)], ['a, b, c', 'a, b and 2 more']);
+});
+
+test('a change tells what happened, and how far an object was moved', () => {
+  const box = (x, y) => ({ min: [x, y, 0], max: [x + 2, y + 2, 2] });
+  assert.equal(changeText({ kind: 'moved', before: box(0, 0), after: { min: [2.5, 3.5, 0.5], max: [4.5, 5.5, 1.5] } }), 'moved 4.30 m');
+  assert.equal(changeText({ kind: 'appeared', after: box(0, 0) }), 'appeared');
 });
 
 test('zones are saved as YAML', () => {

@@ -12,6 +12,16 @@ export function nameOf(object) {
   return object.id > 0 ? `${name} ${object.id}` : name;
 }
 
+// Returns the middle of a box along the axes of the world.
+export const middleOf = ({ min, max }) => min.map((low, k) => (low + max[k]) / 2);
+
+// Returns what happened to an object between two visits: "went", "moved 1.24 m".
+export function changeText({ kind, before, after }) {
+  if (!before || !after) return kind;
+  const [from, to] = [before, after].map(middleOf);
+  return `${kind} ${Math.hypot(...to.map((x, k) => x - from[k])).toFixed(2)} m`;
+}
+
 // Returns the first names and the number of the others; a single other one is named.
 export const firstOf = (names, most) => (names.length > most + 1 ? `${names.slice(0, most).join(', ')} and ${names.length - most} more` : names.join(', '));
 
