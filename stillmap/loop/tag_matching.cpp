@@ -17,7 +17,7 @@ namespace stillmap {
 namespace {
 
 /// Number of observations from which a corner's position is accurate enough.
-constexpr std::size_t kObservations = 3;
+constexpr std::size_t kObservations = 2;
 /// Number of covisible keyframes whose tags are used with those of a keyframe.
 constexpr std::size_t kWindow = 10;
 /// Maximum RMS distance of the aligned corners [m].

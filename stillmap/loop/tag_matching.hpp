@@ -10,7 +10,7 @@ namespace stillmap {
 
 /// Returns keyframes that show a tag which the query shows, too, elsewhere in the map: of each
 /// component the one that shows most of its corners. Keyframes that share a landmark with the query
-/// are left out. Only corners that three keyframes observed count, on either side.
+/// are left out. Only corners that two keyframes observed count, on either side.
 std::vector<KeyframeId> places_with_same_tags(const Map& map, KeyframeId query);
 
 /// Verifies that the tags around two keyframes are the same ones: their corners are aligned by a

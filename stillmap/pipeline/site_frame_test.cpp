@@ -4,6 +4,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/feature/tag_corners.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -64,10 +64,10 @@ std::vector<BestView> best_views(const SimulatedSequence& sequence) {
   std::vector<BestView> best(tags.size());
   for (std::size_t i = 0; i < sequence.frames(); ++i) {
     for (const Tag& seen : detector.detect(sequence.frame(i)->gray)) {
-      if (seen.id >= tags.size()) continue;
+      if (seen.name.id >= tags.size()) continue;
       const BestView view =
-          compare(seen, tags[seen.id], sequence.camera(), sequence.T_world_camera(i));
-      if (view.side > best[seen.id].side) best[seen.id] = view;
+          compare(seen, tags[seen.name.id], sequence.camera(), sequence.T_world_camera(i));
+      if (view.side > best[seen.name.id].side) best[seen.name.id] = view;
     }
   }
   return best;
