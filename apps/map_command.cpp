@@ -134,6 +134,12 @@ int merge(const MapArguments& arguments) {
     make_output_folder(folder);
   require_replaceable(arguments.out, is_saved_map, arguments.force);
   require_replaceable(arguments.json, is_figures_file, arguments.force);
+  for (const std::string& file : arguments.files) {
+    if (!arguments.force && fs::exists(arguments.out) &&
+        fs::equivalent(map_file_of(file), arguments.out))
+      throw Error("is one of the maps to merge", arguments.out,
+                  "name another file with --out, or add --force");
+  }
   Options options = read_options("");
   options.dense.memory = arguments.memory.value_or(options.dense.memory);
   SlamParameters parameters = parameters_of(options);
@@ -163,16 +169,15 @@ int merge(const MapArguments& arguments) {
 }
 
 int changes(const MapArguments& arguments) {
+  const SlamParameters parameters = parameters_of(read_options(""));
+  std::vector<NamedMap> maps;
+  for (const std::string& file : arguments.files)
+    maps.push_back({file, read_saved_map(file, parameters.dense.memory)});
   ResultFolder folder(arguments.out, arguments.force ? ResultFolder::Foreign::kOverwrite
                                                      : ResultFolder::Foreign::kKeep);
-  const SlamParameters parameters = parameters_of(read_options(""));
-  const auto named = [&](std::size_t i) {
-    return NamedMap{arguments.files[i],
-                    read_saved_map(arguments.files[i], parameters.dense.memory)};
-  };
   const MapChanges found = [&] {
     const ProgressStep step("comparing the maps");
-    return find_changes(named(0), named(1), parameters);
+    return find_changes(std::move(maps[0]), std::move(maps[1]), parameters);
   }();
   folder.write_text("changes.json", json_text(changes_json(found), 2) + "\n");
   folder.write("changes.ply", [&](const fs::path& file) { write_ply(file, changes_cloud(found)); });
@@ -390,7 +395,9 @@ void add_map_command(CLI::App& app, int& exit_code) {
                    "memory for the views and the features of keyframes, as for run [MB]")
       ->check(CLI::Range(0, 1000000));
   add_force_option(*merging, arguments->force);
-  merging->footer("Example:\n  stillmap map merge monday.map tuesday.map --out site.map");
+  merging->footer(
+      "That maps stay apart is no error: --json tells it.\nExample:\n  stillmap map merge "
+      "monday.map tuesday.map --out site.map");
   merging->callback([arguments, &exit_code] { exit_code = merge(*arguments); });
   CLI::App* comparing = map->add_subcommand(
       "changes", "find the objects that appeared, went or moved between two visits");

@@ -25,6 +25,7 @@ def add_arguments(parser):
     parser.add_argument("--length", type=int, default=60, help="of a piece [frames]; default: %(default)s")
     parser.add_argument("--most", type=int, default=12, help="pieces of a sequence; default: %(default)s")
     parser.add_argument("--orders", type=int, default=10, help="of the maps; default: %(default)s")
+    parser.add_argument("--set", action="append", default=[], metavar="OPTION=VALUE", help="option of every run")
     parser.add_argument("--program", type=Path, default=core.PROGRAM, help="default: %(default)s")
 
 
@@ -35,7 +36,7 @@ def place_of(sequence):
 def mapped(arguments, sequence, name, words=()):
     """Returns the folder of a run."""
     out = arguments.out / name
-    core.ensure_run(name, core.run_command(arguments.program, sequence, out, words), out)
+    core.ensure_run(name, core.run_command(arguments.program, sequence, out, words, settings=arguments.set), out)
     return out
 
 

@@ -84,7 +84,11 @@ void make_output_folder(const fs::path& folder) {
         folder.string(), "give a writable folder with --out DIR");
   }
   const fs::path probe = folder / ".stillmap_probe";
-  write_file(probe, "");
+  try {
+    write_file(probe, "");
+  } catch (const Error&) {
+    throw Error("no file can be written there", folder.string(), "name a writable folder");
+  }
   fs::remove(probe, failed);
 }
 

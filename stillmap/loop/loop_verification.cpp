@@ -131,7 +131,7 @@ class Verification {
   bool estimate() {
     const auto pairs = rigid_pairs(map_, index_, candidate_, query_);
     if (static_cast<int>(pairs.size()) < kMinMatches)
-      return fail(fmt::format("{} matches", pairs.size()));
+      return fail(fmt::format("{} matches, {} are needed", pairs.size(), kMinMatches));
     const auto consensus = find_rigid_motion(map_.camera(), pairs, kMinRansacInliers);
     if (!consensus) return fail(fmt::format("no rigid motion fits the {} matches", pairs.size()));
     T_world_query_ = candidate_.T_world_camera * consensus->model;
@@ -151,7 +151,7 @@ class Verification {
     match_.inliers = static_cast<int>(match_.matches.size());
     match_.T_candidate_query = candidate_.T_world_camera.inverse() * T_world_query_;
     if (match_.inliers < kMinInliers)
-      return fail(fmt::format("{} landmarks agree", match_.inliers));
+      return fail(fmt::format("{} landmarks agree, {} are needed", match_.inliers, kMinInliers));
     return true;
   }
 
@@ -203,8 +203,9 @@ class Verification {
     }
     // A new component has few keyframes; within one component a loop can wait for more.
     const bool young = !match_.same_component && asked < options_.min_neighbors_agree;
-    if (match_.neighbors_agree < (young ? std::max(asked, 1) : options_.min_neighbors_agree))
-      return fail(fmt::format("{} neighbors agree", match_.neighbors_agree));
+    const int needed = young ? std::max(asked, 1) : options_.min_neighbors_agree;
+    if (match_.neighbors_agree < needed)
+      return fail(fmt::format("{} neighbors agree, {} are needed", match_.neighbors_agree, needed));
     return true;
   }
 

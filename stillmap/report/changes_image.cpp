@@ -2,12 +2,16 @@
 #include "stillmap/report/changes_image.hpp"
 
 #include "stillmap/report/cloud_image.hpp"
+#include "stillmap/report/image_marks.hpp"
 
 #include <array>
+#include <initializer_list>
 #include <map>
+#include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
@@ -35,6 +39,25 @@ std::vector<Rgb> highlighted(const Cloud& cloud, const Cloud& changed) {
   return colors;
 }
 
+struct Meaning {
+  Rgb color;
+  const char* text;
+};
+
+/// Writes which visit an image shows, and the meaning of its colors.
+void write_caption(cv::Mat& image, const std::string& visit,
+                   std::initializer_list<Meaning> colors) {
+  constexpr int kLine = 26, kLeft = 12, kRadius = 7;  // pixels
+  cv::Point at(kLeft, kLine);
+  write_line(image, visit, at);
+  for (const auto& [color, text] : colors) {
+    at.y += kLine;
+    cv::circle(image, at + cv::Point(kRadius, -kRadius), kRadius,
+               cv::Scalar(color[2], color[1], color[0]), cv::FILLED, cv::LINE_AA);
+    write_line(image, text, at + cv::Point(3 * kRadius, 0));
+  }
+}
+
 }  // namespace
 
 cv::Mat draw_changes(const MapChanges& changes) {
@@ -48,8 +71,13 @@ cv::Mat draw_changes(const MapChanges& changes) {
     const std::vector<Rgb> colors = highlighted(map.cloud, changed);
     return draw_cloud({map.cloud.points, colors, {}}, map.cameras, view, options);
   };
-  cv::Mat both;
-  cv::hconcat(draw(before), draw(after), both);
+  using Color = ChangeColors;
+  cv::Mat first = draw(before), second = draw(after), both;
+  write_caption(first, "before: " + before.name,
+                {{Color::kWent, "went"}, {Color::kFrom, "moved from here"}});
+  write_caption(second, "after: " + after.name,
+                {{Color::kAppeared, "appeared"}, {Color::kTo, "moved to here"}});
+  cv::hconcat(first, second, both);
   return both;
 }
 
