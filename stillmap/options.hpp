@@ -214,9 +214,6 @@ struct Options {
     int insert_delay = 1;  // [frames]
     /// Number of frames after which the refined map around a new keyframe is visible (lockstep).
     int refine_delay = 5;  // [frames]
-    /// Number of frames after which the result of global bundle adjustment replaces the map
-    /// (lockstep).
-    int global_delay = 90;  // [frames]
   };
 
   Input input;

@@ -398,12 +398,6 @@ void visit_schedule_options(Group& schedule, const Visitor& visit) {
          "Number of frames after which the refined map around a new keyframe is visible "
          "(lockstep)."},
         schedule.refine_delay);
-  visit({"schedule.global_delay",
-         "frames",
-         {1, kManyFrames},
-         "Number of frames after which the result of global bundle adjustment replaces the map "
-         "(lockstep)."},
-        schedule.global_delay);
 }
 
 /// Calls visitor(const OptionInfo&, Member&) for every option, in the order of the documentation.

@@ -60,7 +60,7 @@ const std::vector<Condition>& conditions() {
         "outputs."},
        [](const Options& o) { return o.dense.enabled; },
        "dense.enabled is false, so there is no dense map"},
-      {{"schedule.insert_delay", "schedule.refine_delay", "schedule.global_delay"},
+      {{"schedule.insert_delay", "schedule.refine_delay"},
        [](const Options& o) { return !o.realtime(); },
        "it is for the schedule lockstep; leave out --schedule realtime"},
   };

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -122,13 +121,13 @@ Features with_tag_corners(Features features, std::span<const Tag> tags, const cv
     if (!visible) continue;
     const auto plane = plane_of(tag, depth);
     const cv::Point2f bottom = tag.corners[1] - tag.corners[0];
-    for (std::uint8_t i = 0; i < std::size(tag.corners); ++i) {
+    for (std::size_t i = 0; i < tag.corners.size(); ++i) {
       const cv::Point2f& p = tag.corners[i];
       features.keypoints.push_back({.u = p.x,
                                     .v = p.y,
                                     .angle = std::atan2(bottom.y, bottom.x),
                                     .depth = depth_on(plane, p)});
-      features.descriptors.push_back(descriptor_of({tag.name, i}));
+      features.descriptors.push_back(descriptor_of({tag.name, static_cast<std::uint8_t>(i)}));
     }
   }
   features.grid = KeypointGrid(features.keypoints, depth.cols, depth.rows);

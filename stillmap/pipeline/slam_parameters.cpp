@@ -147,7 +147,6 @@ void set_schedule(const Options& from, ScheduleOptions& to) {
   to.realtime = from.realtime();
   to.insert_delay = from.schedule.insert_delay;
   to.refine_delay = from.schedule.refine_delay;
-  to.global_delay = from.schedule.global_delay;
 }
 
 /// Throws Error for a class of an option that is not among the known ones.

@@ -105,7 +105,6 @@ TEST(SlamParameters, OfTheDefaultOptionsAreTheAlgorithmsDefaults) {
   EXPECT_EQ(made.schedule.realtime, defaults.schedule.realtime);
   EXPECT_EQ(made.schedule.insert_delay, defaults.schedule.insert_delay);
   EXPECT_EQ(made.schedule.refine_delay, defaults.schedule.refine_delay);
-  EXPECT_EQ(made.schedule.global_delay, defaults.schedule.global_delay);
   EXPECT_EQ(made.schedule.segment_every, defaults.schedule.segment_every);
   EXPECT_EQ(made.schedule.mask_delay, defaults.schedule.mask_delay);
 }

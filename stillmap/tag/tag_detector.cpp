@@ -95,7 +95,7 @@ std::vector<Tag> TagDetector::detect(const cv::Mat& gray) const {
   std::vector<Tag> tags;
   for (int i = 0; i < zarray_size(found.get()); ++i) {
     apriltag_detection_t* detection = nullptr;
-    zarray_get(found.get(), i, &detection);
+    zarray_get(found.get(), i, static_cast<void*>(&detection));
     Tag& tag = tags.emplace_back();
     tag.name = {library_->number, static_cast<std::uint32_t>(detection->id)};
     // The library's first pixel has its center at (0.5, 0.5).
