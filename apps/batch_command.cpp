@@ -6,6 +6,7 @@
 #include "stillmap/base/parallel_for.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
+#include "stillmap/base/unicode.hpp"
 #include "stillmap/report/html_page.hpp"
 #include "stillmap/report/svg.hpp"
 
@@ -16,6 +17,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <unistd.h>
@@ -25,6 +27,7 @@
 #include "command_tree.hpp"
 #include "commands.hpp"
 #include "interrupt.hpp"
+#include "output_file.hpp"
 #include "progress.hpp"
 #include "run_request.hpp"
 #include "terminal.hpp"
@@ -75,18 +78,31 @@ std::vector<std::string> named_by(const std::string& word) {
   return names;
 }
 
+std::string without_blanks_around(const std::string& line) {
+  constexpr const char* kBlanks = " \t\r";
+  const std::size_t first = line.find_first_not_of(kBlanks);
+  if (first == std::string::npos) return {};
+  return line.substr(first, line.find_last_not_of(kBlanks) + 1 - first);
+}
+
+fs::path absolute_path(const std::string& name) { return fs::absolute(name).lexically_normal(); }
+
+/// Returns the recordings in the order in which they were named, each once.
 std::vector<std::string> recordings_of(const BatchArguments& arguments) {
   std::vector<std::string> words = arguments.recordings;
   if (!arguments.list.empty()) {
-    std::istringstream lines(read_file(arguments.list));
+    std::istringstream lines(as_utf8(read_file(arguments.list)));
     for (std::string line; std::getline(lines, line);) {
-      if (!line.empty() && line.front() != '#') words.push_back(line);
+      const std::string word = without_blanks_around(line);
+      if (!word.empty() && word.front() != '#') words.push_back(word);
     }
   }
   std::vector<std::string> recordings;
+  std::set<fs::path> known;
   for (const std::string& word : words) {
-    const auto named = named_by(word);
-    recordings.insert(recordings.end(), named.begin(), named.end());
+    for (const std::string& recording : named_by(word)) {
+      if (known.insert(absolute_path(recording)).second) recordings.push_back(recording);
+    }
   }
   if (recordings.empty())
     throw Error("no recordings were named", "batch", "stillmap batch 'recordings/*' --out results");
@@ -104,7 +120,7 @@ std::vector<Job> jobs_of(const BatchArguments& arguments) {
   for (const auto& [name, same] : by_name) {
     if (same.size() < 2) continue;
     for (const std::size_t i : same) {
-      const fs::path folder = fs::absolute(jobs[i].recording).lexically_normal().parent_path();
+      const fs::path folder = absolute_path(jobs[i].recording).parent_path();
       jobs[i].name = sequence_name(folder) + "_" + name;
     }
   }
@@ -178,6 +194,14 @@ class Batch {
   const fs::path& out() const { return out_; }
   fs::path results_of(const Job& job) const { return out_ / job.name; }
 
+  /// Throws Error if a batch put the results of another recording where those of a job would be.
+  void require_own(const Job& job) const {
+    const std::string before = json_of(job).value("recording", "");
+    if (before.empty() || before == absolute_path(job.recording)) return;
+    throw Error("has the results of " + before + ", not of " + job.recording,
+                results_of(job).string(), "name another folder with --out, or remove this one");
+  }
+
   /// Runs a job unless its results are there already; again if a signal ended it.
   JobEnd run(const Job& job) const {
     JobEnd end{
@@ -209,14 +233,24 @@ class Batch {
 
   void write_end(const Job& job, const JobEnd& end) const {
     write_file(file_of(job, ".json"),
-               json_text({{"key", end.key}, {"code", end.code}, {"seconds", end.seconds}}) + "\n");
+               json_text({{"recording", absolute_path(job.recording).string()},
+                          {"key", end.key},
+                          {"code", end.code},
+                          {"seconds", end.seconds}}) +
+                   "\n");
+  }
+
+  /// Returns what write_end() wrote, or an empty object.
+  nlohmann::json json_of(const Job& job) const {
+    const fs::path file = file_of(job, ".json");
+    if (!is_file(file)) return nlohmann::json::object();
+    const auto json = nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
+    return json.is_object() ? json : nlohmann::json::object();
   }
 
   JobEnd read_end(const Job& job) const {
-    const fs::path file = file_of(job, ".json");
-    if (!is_file(file) || !is_file(results_of(job) / kRunSummary)) return {};
-    const auto json = nlohmann::json::parse(read_file(file), nullptr, /*allow_exceptions=*/false);
-    if (!json.is_object()) return {};
+    if (!is_file(results_of(job) / kRunSummary)) return {};
+    const nlohmann::json json = json_of(job);
     return {json.value("key", ""), json.value("code", int{kFailure}), json.value("seconds", 0.0)};
   }
 
@@ -226,7 +260,8 @@ class Batch {
 };
 
 std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, int threads) {
-  std::vector<JobEnd> ends(jobs.size());
+  // Those that an interruption leaves out keep this code.
+  std::vector<JobEnd> ends(jobs.size(), JobEnd{.key = {}, .code = kInterrupted});
   Progress progress("recordings", jobs.size());
   std::mutex mutex;
   parallel_for(jobs.size(), threads, [&] {
@@ -236,6 +271,7 @@ std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, in
         ends[i] = batch.run(jobs[i]);
       } catch (const std::exception& error) {
         const std::scoped_lock lock(mutex);
+        ends[i].code = kFailure;
         print_error("stillmap: {}\n", error.what());
       }
       const std::scoped_lock lock(mutex);
@@ -333,7 +369,7 @@ int write_table(const Batch& batch, const std::vector<Job>& jobs, const std::vec
   int code = kSuccess;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     if (ends[i].code == kSuccess) continue;
-    if (ends[i].code != kDoubtful)
+    if (ends[i].code != kDoubtful && ends[i].code != kInterrupted)
       print_error("stillmap: {}: exit code {}\n  see {}\n", jobs[i].name, ends[i].code,
                   batch.file_of(jobs[i], ".log").string());
     code = ends[i].code == kDoubtful && code != kFailure ? kDoubtful : kFailure;
@@ -408,7 +444,9 @@ int run_batch(const BatchArguments& arguments, const CLI::App& command) {
   const std::vector<Job> jobs = jobs_of(arguments);
   const std::vector<std::string> options = run_words(command);
   options_of(arguments);  // Throws Error for options that no job could use.
+  if (!arguments.merge.empty()) require_replaceable(arguments.merge, is_saved_map, arguments.force);
   const Batch batch(arguments, options);
+  for (const Job& job : jobs) batch.require_own(job);
   if (arguments.use_slurm) return submit(arguments, batch, jobs, options);
   if (arguments.dry_run) {
     for (const Job& job : jobs)
@@ -416,7 +454,11 @@ int run_batch(const BatchArguments& arguments, const CLI::App& command) {
     return kSuccess;
   }
   catch_interrupt();
-  if (arguments.only) return batch.run(jobs.at(static_cast<std::size_t>(*arguments.only))).code;
+  if (arguments.only) {
+    if (static_cast<std::size_t>(*arguments.only) >= jobs.size())
+      throw Error(fmt::format("there are {} jobs", jobs.size()), "--only", "count from 0");
+    return batch.run(jobs[static_cast<std::size_t>(*arguments.only)]).code;
+  }
   const int code = write_table(batch, jobs, run_all(batch, jobs, arguments.jobs));
   if (arguments.merge.empty() || interrupted()) return code;
   return std::max(code, merge_maps_of(batch, jobs, arguments.merge));

@@ -104,7 +104,27 @@ class Batch(unittest.TestCase):
         shutil.copytree(self.folder / "recordings" / "visit_0", other)
         self.batch("recordings/visit_0", other)
         self.assertEqual([row["name"] for row in self.rows()], ["recordings_visit_0", "other_visit_0"])
-        self.assertIn("two recordings would have the results", self.batch(other, other, code=1))
+        alike = shutil.copytree(other, self.folder / "deep" / other.parent.name / other.name)
+        self.assertIn("two recordings would have the results", self.batch(other, alike, code=1))
+
+    def test_a_list_of_any_program(self):
+        list_file = self.folder / "list.txt"
+        list_file.write_bytes("\ufeff# recordings\r\n  recordings/visit_0  \r\n\r\nrecordings/visit_*\r\n".encode())
+        shown = self.batch("--list", list_file, "--dry-run").splitlines()
+        self.assertEqual([Path(line.split(" -> ")[0]).name for line in shown], ["visit_0", "visit_1", "visit_2"])
+
+    def test_results_of_another_recording_are_kept(self):
+        self.batch("recordings/visit_0", "--set", "dense.enabled=false")
+        other = shutil.copytree(self.folder / "recordings" / "visit_1", self.folder / "tuesday" / "visit_0")
+        self.assertIn("has the results of", self.batch(other, code=1))
+        self.assertEqual(self.rows()[0]["recording"], "recordings/visit_0")
+
+    def test_a_file_of_others_is_no_map_to_merge_into(self):
+        notes = self.folder / "notes.txt"
+        notes.write_text("mine")
+        self.batch("recordings/visit_0", "recordings/visit_1", "--merge", notes, code=1)
+        self.assertEqual(notes.read_text(), "mine")
+        self.assertFalse((self.out / "visit_0").exists(), "before the first recording is mapped")
 
     def test_wrong_words(self):
         self.assertIn("no recording has such a name", self.batch("nothing/*", code=1))

@@ -126,7 +126,10 @@ int align(const MapArguments& arguments) {
         "{} components that are not connected with the oldest one stay in frames of their own\n",
         saved.map.first.size() - 1);
   print_out("written: {}\n", arguments.out);
-  return code_for(saved);
+  const std::string problem = contradiction(points, alignment);
+  if (problem.empty()) return code_for(saved);
+  print_error("DO NOT TRUST THIS RESULT: {}\n", problem);
+  return kDoubtful;
 }
 
 int merge(const MapArguments& arguments) {

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/number.hpp"
+#include "stillmap/base/unicode.hpp"
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/map/tag_landmarks.hpp"
 
@@ -137,14 +138,17 @@ TagCenters tag_centers(const MapContent& map) {
 
 std::vector<KnownPoint> read_known_points(const std::filesystem::path& file,
                                           const TagCenters& tags) {
-  std::istringstream lines(read_file(file));
+  std::istringstream lines(as_utf8(read_file(file)));
   std::vector<KnownPoint> points;
   std::size_t number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
     const auto words = words_of(line);
     if (words.empty() || words.front().starts_with('#')) continue;
-    points.push_back(point_of(words, tags, fmt::format("{}:{}", file.string(), number)));
+    const std::string where = fmt::format("{}:{}", file.string(), number);
+    points.push_back(point_of(words, tags, where));
+    if (std::ranges::count(points, points.back().name, &KnownPoint::name) > 1)
+      throw Error("names '" + points.back().name + "' again", where, "name each point once");
   }
   return points;
 }
@@ -162,6 +166,22 @@ SiteAlignment align_to_site(const std::vector<KnownPoint>& points) {
         (p.p_site - align_points(others.site, others.map) * p.p_map).norm());
   }
   return alignment;
+}
+
+std::string contradiction(const std::vector<KnownPoint>& points, const SiteAlignment& alignment) {
+  constexpr double kMeters = 0.1, kShare = 0.05;
+  const std::vector<double>& errors =
+      alignment.errors_of_others.empty() ? alignment.errors : alignment.errors_of_others;
+  const Columns all = columns_of(points, points.size());
+  const double extent =
+      std::sqrt(centered(all.site).squaredNorm() / static_cast<double>(points.size()));
+  const auto worst = std::ranges::max_element(errors);
+  if (*worst <= std::max(kMeters, kShare * extent)) return {};
+  return fmt::format(
+      "{} is {:.0f} mm from where the other points have it: check which point is which, and that "
+      "X, "
+      "Y, Z are right-handed",
+      points[static_cast<std::size_t>(worst - errors.begin())].name, 1000 * *worst);
 }
 
 void move_world(MapContent& map, const Pose& T) {

@@ -26,8 +26,9 @@ TagCenters tag_centers(const MapContent& map);
 
 /// Reads lines "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m]; or
 /// "tag36h11:7,X,Y,Z" for the center of a tag in the map. They are separated by commas, semicolons,
-/// tabs or blanks; lines that begin with # are comments. Throws Error for other lines and tags, and
-/// for coordinates beyond 10 km, which the single precision of point clouds resolves to 1 mm.
+/// tabs or blanks; lines that begin with # are comments. Throws Error for other lines and tags,
+/// names that are there twice, and for coordinates beyond 10 km, which the single precision of
+/// point clouds resolves to 1 mm.
 std::vector<KnownPoint> read_known_points(const std::filesystem::path& file,
                                           const TagCenters& tags);
 
@@ -40,8 +41,14 @@ struct SiteAlignment {
 };
 
 /// Aligns points by least squares: see align_points(). Throws Error for fewer than three points,
-/// for points on a line, and if the distances between them differ by more than 5 % at the site.
+/// for points on a line, and if the distances between them differ by more than 5
+/// % at the site.
 SiteAlignment align_to_site(const std::vector<KnownPoint>& points);
+
+/// Returns why an alignment is probably wrong: a point that is farther than 0.1 m, and than 5 % of
+/// the extent of the points, from where the others (of three points: all) have it; empty if there
+/// is none.
+std::string contradiction(const std::vector<KnownPoint>& points, const SiteAlignment& alignment);
 
 /// Moves the component whose world frame is that of the map: p becomes T * p.
 void move_world(MapContent& map, const Pose& T);

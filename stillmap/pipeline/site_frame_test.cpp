@@ -41,6 +41,10 @@ TEST(SiteFrame, AWrongPointIsFoundByTheOthers) {
   EXPECT_NEAR(alignment.errors_of_others.back(), 0.1, 1e-9);
   EXPECT_LT(alignment.errors.back(), 0.1) << "it draws the alignment to itself";
   EXPECT_TRUE(align_to_site({points.begin(), points.begin() + 3}).errors_of_others.empty());
+  EXPECT_EQ(contradiction(points, alignment), "") << "less than 5 % of the extent";
+  points.back().p_site = kSiteMap * Eigen::Vector3d(2.5, 2, 0);
+  EXPECT_THAT(contradiction(points, align_to_site(points)), HasSubstr("wrong is 500 mm"));
+  EXPECT_EQ(contradiction(corners(), align_to_site(corners())), "");
 }
 
 TEST(SiteFrame, PointsThatDetermineNoPoseAreRefused) {
@@ -74,6 +78,7 @@ TEST(SiteFrame, KnownPointsAreReadFromText) {
   EXPECT_THAT(error_with("b,0,0,0,0,0"), HasSubstr(":2: has 6 values"));
   EXPECT_THAT(error_with("tag36h11:8,1,2,3"), HasSubstr("it has tag36h11:7"));
   EXPECT_THAT(error_with("tag36h11:7,1,2,z"), HasSubstr("'z' is no number"));
+  EXPECT_THAT(error_with("a,0,0,0,1,0,0"), HasSubstr("names 'a' again"));
   EXPECT_THAT(error_with("b,0,0,x,0,0,0"), HasSubstr("'x' is no number"));
   EXPECT_THAT(error_with("b,0,0,nan,0,0,0"), HasSubstr("'nan' is no number"));
   EXPECT_THAT(error_with("b,0,0,0,4500000,0,0"), HasSubstr("subtract the same offset"));
