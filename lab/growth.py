@@ -22,6 +22,7 @@ def add_arguments(parser):
     parser.add_argument("--out", type=Path, required=True, help="folder for the images and the results")
     parser.add_argument("--rounds", type=int, default=10, help="default: %(default)s")
     parser.add_argument("--visits", type=int, help="number of recordings, instead of rounds of one")
+    parser.add_argument("--frames", type=int, default=450, help="of a visit; default: %(default)s")
     parser.add_argument("--people", type=int, default=0, help="people who walk about; default: %(default)s")
     parser.add_argument("--program", type=Path, default=core.PROGRAM, help="default: %(default)s")
 
@@ -65,8 +66,8 @@ def visit(arguments, number):
     speed = (1, 0.85, 1.15)[number % 3]
     recording, out = arguments.out / name, arguments.out / f"run_of_{name}"
     if not (recording / "associations.txt").exists():
-        core.call([arguments.program, "simulate", "--people", arguments.people, "--camera", "loop", "--frames", 450,
-                   "--fps", FPS, "--speed", SPEED * speed, "--visit", 1 + number % 2, "--width", 320, "--height", 240,
+        core.call([arguments.program, "simulate", "--people", arguments.people, "--camera", "loop", "--frames",
+                   arguments.frames, "--fps", FPS, "--speed", SPEED * speed, "--visit", 1 + number % 2, "--width", 320, "--height", 240,
                    "--out", recording], arguments.out / f"{name}.log")
     saved = [arguments.out / f"visits_{arguments.people}_{number - back}.map" for back in (0, 1)]
     words = ["--save-map", saved[0]] + (["--load-map", saved[1]] if number else [])
@@ -84,7 +85,7 @@ def show_visits(arguments):
     lines = [visit(arguments, number) for number in range(arguments.visits)]
     head = ["visit", "keyframes", "landmarks", "views", "map [MB]", "tracking, median [ms]", "refinement, median [ms]",
             "components", "tracked", "ATE [m]"]
-    text = core.markdown(head, lines, "450 frames a visit")
+    text = core.markdown(head, lines, f"{arguments.frames} frames a visit")
     core.write_tables(arguments.out, text, [dict(zip(head, line)) for line in lines], "visits")
     print(text)
     return 0

@@ -165,6 +165,15 @@ class Smoke(unittest.TestCase):
         self.assertEqual((out / "growth.md").read_text(encoding="utf-8") + "\n", printed)
         self.assertEqual(json.loads((out / "growth.json").read_text(encoding="utf-8"))[0]["rounds"], 1)
 
+    def test_growth_by_visits(self):
+        out = self.folder / "visits"
+        printed = self.module("growth", "--out", out, "--visits", "2", "--frames", "60", "--program",
+                              STILLMAP)
+        self.assertEqual((out / "visits.md").read_text(encoding="utf-8") + "\n", printed)
+        first, second = json.loads((out / "visits.json").read_text(encoding="utf-8"))
+        self.assertEqual((first["components"], second["components"]), (1, 1), "the second visit extends the map of the first")
+        self.assertGreater(second["views"], first["views"])
+
     def test_merging(self):
         out = self.folder / "merging"
         printed = self.module("merging", self.sequences, "--length", "20", "--most", "2", "--orders", "1", "--out", out,
