@@ -39,6 +39,15 @@ std::vector<std::uint8_t> unusable(const ImageView& image) {
 
 }  // namespace
 
+std::vector<KeyframeId> with_best_covisible(const Map& map, KeyframeId center, int most,
+                                            int min_shared) {
+  std::vector<KeyframeId> keyframes = {center};
+  for (const Covisible& c : map.covisible(center, min_shared)) {
+    if (std::ssize(keyframes) <= most) keyframes.push_back(c.keyframe);
+  }
+  return keyframes;
+}
+
 GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landmarks,
                               const ImageView& image, const Pose& T_world_camera, double radius) {
   const LandmarkProjector view(map.camera(), map.pyramid(), T_world_camera);

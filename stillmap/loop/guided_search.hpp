@@ -37,6 +37,11 @@ struct GuidedSearch {
   std::vector<ExpectedLandmark> expected;
 };
 
+/// Returns a keyframe and its best covisible keyframes, at most `most` of these, which share at
+/// least `min_shared` landmarks with it.
+std::vector<KeyframeId> with_best_covisible(const Map& map, KeyframeId center, int most,
+                                            int min_shared = 1);
+
 /// Matches landmarks around their projections.
 /// @param landmarks       sorted by id; unknown ids are ignored
 /// @param T_world_camera  assumed pose in the landmarks' world frame

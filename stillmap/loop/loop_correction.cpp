@@ -21,11 +21,7 @@ constexpr double kLoopWeight = 100;
 
 /// Returns a keyframe and its most covisible keyframes within the component.
 std::vector<KeyframeId> side_of(const Map& map, KeyframeId center) {
-  std::vector<KeyframeId> side = {center};
-  for (const Covisible& c : map.covisible(center, kWeldShared)) {
-    if (static_cast<int>(side.size()) <= kWeldMost) side.push_back(c.keyframe);
-  }
-  return side;
+  return with_best_covisible(map, center, kWeldMost, kWeldShared);
 }
 
 /// Returns the keyframes of one side that are not on the other.

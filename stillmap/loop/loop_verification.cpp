@@ -67,13 +67,9 @@ std::vector<RigidPair> rigid_pairs(const Map& map, const PlaceIndex& index,
 /// that `without` observes; sorted by id.
 std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int window,
                                          const Keyframe& without) {
-  std::vector<KeyframeId> keyframes = {center};
-  for (const Covisible& c : map.covisible(center)) {
-    if (static_cast<int>(keyframes.size()) <= window) keyframes.push_back(c.keyframe);
-  }
   std::vector<LandmarkId> own(without.landmarks), result;
   std::sort(own.begin(), own.end());
-  for (const LandmarkId id : landmarks_seen_by(map, keyframes)) {
+  for (const LandmarkId id : landmarks_seen_by(map, with_best_covisible(map, center, window))) {
     if (!std::binary_search(own.begin(), own.end(), id)) result.push_back(id);
   }
   return result;

@@ -19,7 +19,7 @@ namespace {
 /// Number of observations from which a corner's position is accurate enough.
 constexpr std::size_t kObservations = 2;
 /// Number of covisible keyframes whose tags are used with those of a keyframe.
-constexpr std::size_t kWindow = 10;
+constexpr int kWindow = 10;
 /// Maximum RMS distance of the aligned corners [m].
 constexpr double kMaxError = 0.03;
 /// Maximum distance of another tag's corners after the alignment by one tag, at that tag [m] and
@@ -33,18 +33,10 @@ constexpr double kMaxRotationSigma = 0.04;
 /// Maximum distance of two landmarks of one corner that are merged [m].
 constexpr double kWeldDistance = 0.1;
 
-std::vector<KeyframeId> surroundings(const Map& map, KeyframeId center) {
-  std::vector<KeyframeId> keyframes = {center};
-  for (const Covisible& c : map.covisible(center)) {
-    if (keyframes.size() <= kWindow) keyframes.push_back(c.keyframe);
-  }
-  return keyframes;
-}
-
-/// Returns the tags whose corners are known well.
-std::map<TagName, TagLandmarks> tags_of(const Map& map, std::span<const KeyframeId> keyframes) {
+/// Returns the tags around a keyframe whose corners are known well.
+std::map<TagName, TagLandmarks> tags_around(const Map& map, KeyframeId center) {
   std::vector<const Landmark*> landmarks;
-  for (const LandmarkId id : landmarks_seen_by(map, keyframes)) {
+  for (const LandmarkId id : landmarks_seen_by(map, with_best_covisible(map, center, kWindow))) {
     const Landmark& landmark = map.at(id);
     if (landmark.observations.size() >= kObservations) landmarks.push_back(&landmark);
   }
@@ -78,8 +70,8 @@ Eigen::Matrix<double, 3, 4> corners_of(const TagLandmarks& tag) {
 
 /// Returns the tags that both sides have as different landmarks.
 std::vector<TagPair> tag_pairs(const Map& map, KeyframeId query, KeyframeId candidate) {
-  const auto of_query = tags_of(map, surroundings(map, query));
-  const auto of_candidate = tags_of(map, surroundings(map, candidate));
+  const auto of_query = tags_around(map, query);
+  const auto of_candidate = tags_around(map, candidate);
   std::vector<TagPair> pairs;
   for (const auto& [name, here] : of_query) {
     const auto there = of_candidate.find(name);

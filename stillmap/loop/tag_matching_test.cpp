@@ -2,8 +2,8 @@
 #include "stillmap/loop/tag_matching.hpp"
 
 #include "stillmap/map/tag_landmarks.hpp"
+#include "stillmap/map/test_tag_views.hpp"
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,21 +12,10 @@
 namespace stillmap {
 namespace {
 
-Camera camera() {
-  Camera c;
-  c.width = 640, c.height = 480;
-  c.fx = c.fy = 500, c.cx = 320, c.cy = 240;
-  c.baseline = 0.08;
-  return c;
-}
+using test::tag_camera, test::tag_corner;
 
 /// Centers of tags 0, 1, 2, of side 0.2 m, which face the camera [m].
 const std::vector<Eigen::Vector3d> kTags = {{-0.6, 0, 2.5}, {0.5, 0.2, 2}, {0.1, -0.5, 3}};
-
-Eigen::Vector3d corner_of(const Eigen::Vector3d& center, int corner) {
-  return center +
-         Eigen::Vector3d(corner == 1 || corner == 2 ? 0.1 : -0.1, corner < 2 ? 0.1 : -0.1, 0);
-}
 
 /// Adds three keyframes, 0.1 m apart, that see the tags at these centers. Poses and landmarks have
 /// the drift of their side of the map.
@@ -35,27 +24,11 @@ std::vector<KeyframeId> add_side(Map& map, std::uint32_t component,
   std::vector<KeyframeId> ids;
   for (int view = 0; view < 3; ++view) {
     const Pose T_world_camera(Eigen::Quaterniond::Identity(), {0.1 * view, 0, 0});
-    auto features = std::make_shared<Features>();
-    for (std::uint32_t tag = 0; tag < tags.size(); ++tag) {
-      for (std::uint8_t i = 0; i < 4; ++i) {
-        const Eigen::Vector3d p = T_world_camera.inverse() * corner_of(tags[tag], i);
-        const Eigen::Vector2d uv = map.camera().project(p);
-        features->keypoints.push_back({.u = static_cast<float>(uv.x()),
-                                       .v = static_cast<float>(uv.y()),
-                                       .depth = static_cast<float>(p.z())});
-        features->descriptors.push_back(descriptor_of({{0, tag}, i}));
-      }
-    }
-    Keyframe keyframe;
-    keyframe.component = component;
-    keyframe.T_world_camera = drift * T_world_camera;
-    keyframe.static_weight.assign(features->size(), 1);
-    keyframe.landmarks.resize(features->size());
-    keyframe.features = std::move(features);
-    ids.push_back(map.add_keyframe(std::move(keyframe)).id);
+    ids.push_back(test::add_tag_view(map, component, T_world_camera, tags));
+    map.set_pose(ids.back(), drift * T_world_camera);
     for (std::uint32_t k = 0; k < map.at(ids.back()).landmarks.size(); ++k) {
       if (view == 0)
-        map.add_landmark(drift * corner_of(tags[k / 4], static_cast<int>(k % 4)), {ids[0], k});
+        map.add_landmark(drift * tag_corner(tags[k / 4], static_cast<int>(k % 4)), {ids[0], k});
       else
         map.observe(map.at(ids[0]).landmarks[k], {ids.back(), k});
     }
@@ -65,7 +38,7 @@ std::vector<KeyframeId> add_side(Map& map, std::uint32_t component,
 
 /// A map of one component whose second side has drifted.
 struct Revisit {
-  Map map{camera(), {}};
+  Map map{tag_camera(), {}};
   std::vector<KeyframeId> before, after;
 
   Revisit(const std::vector<Eigen::Vector3d>& tags_after, const Pose& drift) {

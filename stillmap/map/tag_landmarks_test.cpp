@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/map/tag_landmarks.hpp"
 
-#include <memory>
+#include "stillmap/map/test_tag_views.hpp"
+
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -9,36 +10,13 @@
 namespace stillmap {
 namespace {
 
-constexpr TagName kTag{0, 7};
+using test::tag_camera;
 
-Camera camera() {
-  Camera c;
-  c.width = 640, c.height = 480;
-  c.fx = c.fy = 500, c.cx = 320, c.cy = 240;
-  c.baseline = 0.08;
-  return c;
-}
+constexpr TagName kTag{0, 0};
 
-/// Adds a keyframe that sees the corners of a tag of side 0.2 m, 2 m in front of the world's
-/// origin, shifted by some pixels.
+/// Adds a keyframe that sees a tag 2 m in front of the world's origin, shifted by some pixels.
 KeyframeId add_view(Map& map, std::uint32_t component, const Pose& T_world_camera, float shift) {
-  auto features = std::make_shared<Features>();
-  for (std::uint8_t i = 0; i < 4; ++i) {
-    const Eigen::Vector3d p_world(i == 1 || i == 2 ? 0.1 : -0.1, i < 2 ? 0.1 : -0.1, 2);
-    const Eigen::Vector3d p = T_world_camera.inverse() * p_world;
-    const Eigen::Vector2d uv = map.camera().project(p);
-    features->keypoints.push_back({.u = static_cast<float>(uv.x()) + shift,
-                                   .v = static_cast<float>(uv.y()),
-                                   .depth = static_cast<float>(p.z())});
-    features->descriptors.push_back(descriptor_of({kTag, i}));
-  }
-  Keyframe keyframe;
-  keyframe.component = component;
-  keyframe.T_world_camera = T_world_camera;
-  keyframe.static_weight.assign(4, 1);
-  keyframe.landmarks.resize(4);
-  keyframe.features = std::move(features);
-  return map.add_keyframe(std::move(keyframe)).id;
+  return test::add_tag_view(map, component, T_world_camera, {{0, 0, 2}}, shift);
 }
 
 void add_landmarks(Map& map, KeyframeId id) {
@@ -50,7 +28,7 @@ void add_landmarks(Map& map, KeyframeId id) {
 }
 
 TEST(TagLandmarks, AreObservedAgainFromAnyDistance) {
-  Map map(camera(), {});
+  Map map(tag_camera(), {});
   const std::uint32_t component = map.new_component();
   const KeyframeId first = add_view(map, component, Pose(), 0);
   add_landmarks(map, first);
@@ -67,7 +45,7 @@ TEST(TagLandmarks, AreObservedAgainFromAnyDistance) {
 }
 
 TEST(TagLandmarks, AreNotObservedAcrossDriftAndComponents) {
-  Map map(camera(), {});
+  Map map(tag_camera(), {});
   const std::uint32_t component = map.new_component();
   add_landmarks(map, add_view(map, component, Pose(), 0));
   const KeyframeId drifted = add_view(map, component, Pose(), 10);

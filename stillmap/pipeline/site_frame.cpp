@@ -178,9 +178,8 @@ std::string contradiction(const std::vector<KnownPoint>& points, const SiteAlign
   const auto worst = std::ranges::max_element(errors);
   if (*worst <= std::max(kMeters, kShare * extent)) return {};
   return fmt::format(
-      "{} is {:.0f} mm from where the other points have it: check which point is which, and that "
-      "X, "
-      "Y, Z are right-handed",
+      "{} is {:.0f} mm from where the other points have it: check which point is which, and "
+      "that X, Y, Z are right-handed",
       points[static_cast<std::size_t>(worst - errors.begin())].name, 1000 * *worst);
 }
 

@@ -41,8 +41,8 @@ struct SiteAlignment {
 };
 
 /// Aligns points by least squares: see align_points(). Throws Error for fewer than three points,
-/// for points on a line, and if the distances between them differ by more than 5
-/// % at the site.
+/// for points on a line, and if the distances between them differ by more than 5 %
+/// at the site.
 SiteAlignment align_to_site(const std::vector<KnownPoint>& points);
 
 /// Returns why an alignment is probably wrong: a point that is farther than 0.1 m, and than 5 % of

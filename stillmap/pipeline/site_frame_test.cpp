@@ -96,6 +96,15 @@ TEST(SiteFrame, TheCenterOfATagIsAKnownPoint) {
   std::filesystem::remove(file);
 }
 
+/// Adds the first and only keyframe of a component; both have its number.
+void add_keyframe(MapContent& map, std::uint32_t component) {
+  Keyframe keyframe;
+  keyframe.id = {component, 0};
+  keyframe.component = component;
+  map.keyframes.push_back(keyframe);
+  map.first[component] = keyframe.id;
+}
+
 /// Two components, of which each has tag 7; of tag 8 one corner is missing.
 TEST(SiteFrame, CentersOfTagsAreThoseOfTheWorld) {
   MapContent map;
@@ -108,11 +117,7 @@ TEST(SiteFrame, CentersOfTagsAreThoseOfTheWorld) {
     map.landmarks.push_back(landmark);
   };
   for (std::uint32_t i = 0; i < 2; ++i) {
-    Keyframe keyframe;
-    keyframe.id = {i, 0};
-    keyframe.component = i;
-    map.keyframes.push_back(keyframe);
-    map.first[i] = keyframe.id;
+    add_keyframe(map, i);
     for (std::uint8_t c = 0; c < 4; ++c) {
       add_corner(i, 7, c, {c * 0.1, 2.0 + i, c < 2 ? 1.0 : 2.0});
       if (c < 3) add_corner(i, 8, c, {0, 0, 0});
@@ -126,14 +131,10 @@ TEST(SiteFrame, CentersOfTagsAreThoseOfTheWorld) {
 TEST(SiteFrame, OnlyTheWorldOfTheMapMoves) {
   MapContent map;
   for (std::uint32_t i = 0; i < 2; ++i) {
-    Keyframe keyframe;
-    keyframe.id = {i, 0};
-    keyframe.component = i;
-    map.keyframes.push_back(keyframe);
-    map.first[i] = keyframe.id;
+    add_keyframe(map, i);
     Landmark landmark;
     landmark.p_world = {1, 2, 3};
-    landmark.observations = {{keyframe.id, 0}};
+    landmark.observations = {{{i, 0}, 0}};
     map.landmarks.push_back(landmark);
   }
   move_world(map, kSiteMap);
