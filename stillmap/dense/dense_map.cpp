@@ -18,6 +18,9 @@ namespace {
 constexpr double kMinNovelty = 0.005;
 /// Number of voxels seen through above which such a frame is kept too.
 constexpr std::size_t kMinRefuted = 100;
+/// Minimum share of the pixels of an earlier view with surfaces that no newer view shows, for the
+/// view to be kept [0..1].
+constexpr double kMinRest = 0.05;
 
 bool is_finite(const Pose& pose) {
   return pose.quaternion().coeffs().allFinite() && pose.translation().allFinite();
@@ -200,6 +203,32 @@ void DenseMap::replace_same_viewpoint(std::uint64_t id) {
   erase(found);
   live_->forget(*older);
   ++superseded_;
+}
+
+void DenseMap::replace_seen_again(std::uint64_t first, const PoseLookup& T_world_camera) {
+  std::vector<std::pair<std::uint64_t, Pose>> newest_first;
+  for (auto view = views_.rbegin(); view != views_.rend(); ++view) {
+    const std::optional<Pose> pose = T_world_camera(view->first);
+    if (pose && is_finite(*pose)) newest_first.emplace_back(view->first, *pose);
+  }
+  if (newest_first.empty() || newest_first.front().first < first) return;
+  NewerViews newer;
+  for (const auto& [id, pose] : newest_first) {
+    if (id < first && !keep_rest(id, newer.rest_of({views_.at(id).get(), pose}))) continue;
+    newer.add({views_.at(id).get(), pose}, id >= first);
+  }
+}
+
+bool DenseMap::keep_rest(std::uint64_t id, RestOfView rest) {
+  const auto pixels = static_cast<double>(rest.view.depth.total());
+  const bool kept = static_cast<double>(rest.surfaces) >= kMinRest * pixels;
+  if (kept) {
+    add(id, std::move(rest.view));
+  } else {
+    remove(id);
+    ++superseded_;
+  }
+  return kept;
 }
 
 // Returns the grid with the voxel size of the options, or larger voxels to stay below the bound.

@@ -8,6 +8,7 @@
 #include "stillmap/dense/occupancy_options.hpp"
 #include "stillmap/dense/outlier_removal.hpp"
 #include "stillmap/dense/registration.hpp"
+#include "stillmap/dense/seen_again.hpp"
 #include "stillmap/dense/semantic_map.hpp"
 #include "stillmap/dense/static_grid.hpp"
 #include "stillmap/dense/view_pager.hpp"
@@ -144,6 +145,12 @@ class DenseMap {
   /// as long as its pose is known.
   void remove(std::uint64_t id);
 
+  /// Removes from the views of smaller ids than `first`, which earlier visits made, what views from
+  /// `first` on see through, and the views of which hardly anything is left that enough newer ones
+  /// do not show (NewerViews), so that the map of a place does not grow with the visits. Without a
+  /// view from `first` on nothing changes.
+  void replace_seen_again(std::uint64_t first, const PoseLookup& T_world_camera);
+
   /// Moves the views of the live map to their present poses; see LiveMap::update_poses().
   void update_poses(const PoseLookup& T_world_camera);
 
@@ -162,6 +169,8 @@ class DenseMap {
 
  private:
   void replace_same_viewpoint(std::uint64_t id);
+  /// Replaces a view by its rest, if that is worth it; otherwise removes it and returns false.
+  bool keep_rest(std::uint64_t id, RestOfView rest);
   using Views = std::map<std::uint64_t, std::shared_ptr<DenseView>>;
   void erase(Views::iterator view);
   void page_out_oldest();

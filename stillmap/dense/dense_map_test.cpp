@@ -154,6 +154,28 @@ TEST(DenseMap, WithManyPixelsReplacesViewsOfTheSameViewpoint) {
   EXPECT_TRUE(map.views().contains(0) && map.views().contains(1) && map.views().contains(99));
 }
 
+TEST(DenseMap, ReplacesWhatAnEarlierVisitSawToo) {
+  constexpr std::uint64_t kFirst = 2, kEnd = kFirst + NewerViews::kEnough;
+  std::vector<Pose> poses{Pose(), Pose(so3_exp({0, 3, 0}), {0, 0, 5})};
+  for (std::uint64_t id = kFirst; id < kEnd; ++id)
+    poses.emplace_back(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.002 * id, 0.1, -0.3));
+  DenseMap map(small_camera());
+  const auto add = [&](std::uint64_t id) {
+    map.add(id, view_of(small_camera(), poses[id], id == 1 ? Plane{-kWall.n, -1} : kWall), {});
+  };
+  for (std::uint64_t id = 0; id < kFirst; ++id) add(id);
+  map.replace_seen_again(kFirst, lookup_in(poses));
+  EXPECT_EQ(map.views().size(), 2U) << "there is no newer view";
+  for (std::uint64_t id = kFirst; id < kEnd; ++id) add(id);
+  const auto visible = compose(map, lookup_in(poses)).cloud.size();
+  map.replace_seen_again(kFirst, lookup_in(poses));
+  EXPECT_EQ(map.statistics().superseded, 1U);
+  EXPECT_FALSE(map.views().contains(0));
+  EXPECT_EQ(map.views().size(), kEnd - 1) << "others show what nobody saw again";
+  EXPECT_EQ(map.statistics().pixels, map.views().size() * map.views().at(1)->depth.total());
+  EXPECT_GT(10 * compose(map, lookup_in(poses)).cloud.size(), 9 * visible);
+}
+
 // Options for a map of the wall whose views, all but the newest one or two, are kept in a file.
 DenseOptions with_little_memory() {
   const std::size_t pixels = map_of_wall({Pose()}).statistics().pixels;

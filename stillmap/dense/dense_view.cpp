@@ -172,6 +172,7 @@ DenseView coarser(const DenseView& view) {
   half.color = every_second(view.color);
   half.kind = every_second(view.kind);
   half.instances = view.instances;
+  half.visit = view.visit;
   half.camera = on_lattice(view.camera, half.depth.size(), 2);
   return half;
 }

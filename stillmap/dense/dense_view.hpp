@@ -47,10 +47,14 @@ struct DenseView {
   cv::Mat3b color = {};  ///< B G R.
   cv::Mat1b kind = {};   ///< PixelKind.
   std::vector<ViewInstance> instances = {};  ///< By PixelKind.
+  /// Number of the visit that made it, ascending with time: what a later visit shows has appeared
+  /// since.
+  std::uint16_t visit = kPresentVisit;
   /// Owner of the pixels of the three images, which are read-only then; null if the images own
   /// them.
   std::shared_ptr<const Pages> pages = {};
 
+  static constexpr std::uint16_t kPresentVisit = 65535;  ///< The run itself.
   /// Unit of the depths [m]: far below the noise, for depths up to 13 m.
   static constexpr float kDepthUnit = 0.0002F;
 

@@ -65,30 +65,41 @@ void PlacedView::make_tiles() {
   }
 }
 
-VoxelVote PlacedView::at(const Eigen::Vector3f& p) const {
-  const DenseView& view = *view_;
-  if (p.z() < kNearest) return VoxelVote::kNone;
+// Returns the pixel at a point, if its neighbors are in the image, too.
+std::optional<cv::Point> PlacedView::inner_pixel(const Eigen::Vector3f& p) const {
+  if (p.z() < kNearest) return std::nullopt;
   const float scale = 1 / p.z();
   const float u = fx_ * p.x() * scale + cx_, v = fy_ * p.y() * scale + cy_;
-  const auto right = static_cast<float>(view.depth.cols) - 1.5F;
-  const auto bottom = static_cast<float>(view.depth.rows) - 1.5F;
-  if (!(u >= 0.5F && v >= 0.5F && u < right && v < bottom)) return VoxelVote::kNone;
+  const auto right = static_cast<float>(view_->depth.cols) - 1.5F;
+  const auto bottom = static_cast<float>(view_->depth.rows) - 1.5F;
+  if (!(u >= 0.5F && v >= 0.5F && u < right && v < bottom)) return std::nullopt;
+  return cv::Point(static_cast<int>(u + 0.5F), static_cast<int>(v + 0.5F));
+}
 
-  const int col = static_cast<int>(u + 0.5F), row = static_cast<int>(v + 0.5F);
-  const float z = view.depth(row, col) * DenseView::kDepthUnit;
+bool PlacedView::shows(const Eigen::Vector3f& p) const {
+  const auto pixel = inner_pixel(p);
+  if (!pixel || view_->kind(*pixel) == kMoverSurface) return false;
+  const float z = depth_at(*pixel);
+  return visibility_of(p.z(), z, margin_.at(z)) == Visibility::kOnSurface;
+}
+
+VoxelVote PlacedView::at(const Eigen::Vector3f& p) const {
+  const auto pixel = inner_pixel(p);
+  if (!pixel) return VoxelVote::kNone;
+  const float z = depth_at(*pixel);
   switch (visibility_of(p.z(), z, margin_.at(z))) {
     case Visibility::kUnknown:
     case Visibility::kOccluded:
       return VoxelVote::kNone;
     case Visibility::kOnSurface:
-      return view.kind(row, col) == kMoverSurface ? VoxelVote::kMover : VoxelVote::kNone;
+      return view_->kind(*pixel) == kMoverSurface ? VoxelVote::kMover : VoxelVote::kNone;
     case Visibility::kSeenThrough:
       break;
   }
   // All nine pixels around must agree, as an edge may be half a pixel away.
-  for (int r = row - 1; r <= row + 1; ++r) {
-    for (int c = col - 1; c <= col + 1; ++c) {
-      const float around = view.depth(r, c) * DenseView::kDepthUnit;
+  for (int row = pixel->y - 1; row <= pixel->y + 1; ++row) {
+    for (int col = pixel->x - 1; col <= pixel->x + 1; ++col) {
+      const float around = depth_at({col, row});
       if (visibility_of(p.z(), around, margin_.at(around)) != Visibility::kSeenThrough)
         return VoxelVote::kNone;
     }

@@ -51,6 +51,8 @@ class PlacedView {
     return R_camera_world_ * d_world;
   }
 
+  /// Returns whether the pixel at a point shows a surface there that is no mover's, camera frame [m].
+  bool shows(const Eigen::Vector3f& p_camera) const;
   /// Returns the vote on a point, camera frame [m].
   VoxelVote at(const Eigen::Vector3f& p_camera) const;
   /// Returns the vote on all points of a ball if it is certain to be the same on each, which it
@@ -72,6 +74,8 @@ class PlacedView {
     int left, right, top, bottom;
   };
 
+  std::optional<cv::Point> inner_pixel(const Eigen::Vector3f& p_camera) const;
+  float depth_at(cv::Point pixel) const { return view_->depth(pixel) * DenseView::kDepthUnit; }
   Window window_around(const Eigen::Vector3f& p_camera, float radius) const;
   Extremes extremes_in(const Window& window) const;
   void make_tiles();

@@ -264,10 +264,19 @@ void StaticGrid::add(const Sample& sample, std::uint32_t view, std::uint32_t num
   cell.color_sum += sample.weight * sample.color.cwiseProduct(gains_[view - 1]).cwiseMin(255.0F);
   cell.weight += sample.weight;
   if (cell.last_view == view) return;
+  if (cell.visit < visit_of(view)) begin_visit(visit_of(view), cell);
   cell.last_view = view;
   ++cell.views;
   cell.doubtful += sample.doubtful;
   cell.free_since = 0;
+}
+
+// Forgets the votes of earlier visits, and the surface that was no longer there.
+void StaticGrid::begin_visit(std::uint16_t visit, StaticCell& cell) const {
+  if (!is_static(cell)) cell.views = cell.doubtful = 0;
+  cell.free = cell.free_visit == visit ? cell.free_then : 0;
+  cell.movers = 0;
+  cell.visit = visit;
 }
 
 // Adds the points between each pixel and its neighbors to the right and below if these are two or
@@ -441,11 +450,15 @@ void StaticGrid::vote(std::uint32_t view, std::uint32_t number, Range cells) {
   }
 }
 
-void StaticGrid::count(VoxelVote vote, std::uint32_t view, StaticCell& cell) {
+void StaticGrid::count(VoxelVote vote, std::uint32_t view, StaticCell& cell) const {
   if (cell.last_view == view) return;  // It has a static surface there itself.
+  const std::uint16_t visit = visit_of(view);
+  if (visit < cell.visit) return;
   if (vote == VoxelVote::kMover) ++cell.movers;
   if (vote != VoxelVote::kSeenThrough) return;
   ++cell.free;
+  cell.free_then = cell.free_visit == visit ? cell.free_then + 1 : 1;
+  cell.free_visit = visit;
   if (view > cell.last_view) ++cell.free_since;
 }
 

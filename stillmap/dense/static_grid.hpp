@@ -37,6 +37,9 @@ struct StaticCell {
   std::uint16_t free_since = 0;  ///< Number of views that saw through it after `last_view`.
   std::uint16_t movers = 0;      ///< Number of views with a mover's surface in it.
   std::uint16_t doubtful = 0;    ///< Number of `views` with a mover next to it.
+  std::uint16_t visit = 0;       ///< Newest visit with a static surface in it.
+  std::uint16_t free_visit = 0;  ///< Newest visit that saw through it.
+  std::uint16_t free_then = 0;   ///< Number of views of that visit that saw through it.
 };
 
 /// The change of a grid that a new view would cause.
@@ -51,6 +54,9 @@ struct Novelty {
 /// surface in it, or has no vote (the voxel is occluded or out of view, or there is no depth). Each
 /// pair of voxel and keyframe is processed once in either order, so surfaces behind people are
 /// added later, and a ghost without a mask is removed by earlier as well as later keyframes.
+///
+/// Views of a visit (DenseView::visit) do not vote on surfaces that a later visit shows, as these
+/// may have appeared since.
 ///
 /// Positions and colors are means weighted by 1 / sigma^2 of the depth (DepthWeight). The colors of
 /// each view are scaled to those of the grid by the median ratio per channel, as automatic exposure
@@ -149,7 +155,11 @@ class StaticGrid {
   void vote_on_new(Range views, Range cells);
   void drop_pages(Range views) const;
   void vote(std::uint32_t view, std::uint32_t block, Range cells);
-  static void count(VoxelVote vote, std::uint32_t view, StaticCell& cell);
+  void count(VoxelVote vote, std::uint32_t view, StaticCell& cell) const;
+  void begin_visit(std::uint16_t visit, StaticCell& cell) const;
+  std::uint16_t visit_of(std::uint32_t view) const {
+    return voting_views_[view - 1].placed.view().visit;
+  }
   float block_radius() const;
   std::uint32_t newest_view() const { return static_cast<std::uint32_t>(voting_views_.size()); }
 

@@ -223,6 +223,45 @@ TEST(StaticGrid, RemovesAnObjectThatHasLeft) {
   EXPECT_EQ(nearer_than_wall(grid), 0U);
 }
 
+DenseView of_visit(std::uint16_t visit, DenseView view) {
+  view.visit = visit;
+  return view;
+}
+
+TEST(StaticGrid, KeepsWhatHasAppearedSinceAnEarlierVisit) {
+  const DenseView before = of_visit(0, wall_with_object(-1));
+  const DenseView after = of_visit(1, wall_with_object(80));
+  StaticGrid grid(0.01);
+  for (int i = 0; i < 10; ++i) grid.add(before, Pose());
+  grid.add(after, Pose());
+  EXPECT_GT(nearer_than_wall(grid), 200U);
+}
+
+TEST(StaticGrid, KeepsWhatHasReturnedUntilItLeavesAgain) {
+  const auto with = [](std::uint16_t visit) { return of_visit(visit, wall_with_object(80)); };
+  const auto without = [](std::uint16_t visit) { return of_visit(visit, wall_with_object(-1)); };
+  const DenseView first = with(0), gone = without(1), returned = with(2), gone_again = without(2);
+  StaticGrid grid(0.01);
+  for (int i = 0; i < 10; ++i) grid.add(first, Pose());
+  for (int i = 0; i < 10; ++i) grid.add(gone, Pose());
+  EXPECT_EQ(nearer_than_wall(grid), 0U);
+  grid.add(returned, Pose());
+  EXPECT_GT(nearer_than_wall(grid), 200U);
+  for (int i = 0; i < 2; ++i) grid.add(gone_again, Pose());
+  EXPECT_EQ(nearer_than_wall(grid), 0U) << "the first visit no longer counts";
+}
+
+TEST(StaticGrid, RemovesWhatTheSameVisitSawThroughBefore) {
+  const DenseView first = of_visit(0, wall_with_object(80));
+  const DenseView through = of_visit(1, wall_with_object(-1));
+  const DenseView ghost = of_visit(1, wall_with_object(80));
+  StaticGrid grid(0.01);
+  grid.add(first, Pose());
+  for (int i = 0; i < 3; ++i) grid.add(through, Pose());
+  grid.add(ghost, Pose());
+  EXPECT_EQ(nearer_than_wall(grid), 0U);
+}
+
 TEST(StaticGrid, ScalesColorsToThoseOfTheGrid) {
   RgbdFrame frame = frame_of(small_camera(), [](int, int) { return kWallDepth; });
   frame.color.setTo(cv::Scalar(80, 120, 160));

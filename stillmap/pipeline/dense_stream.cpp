@@ -3,7 +3,6 @@
 
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
-#include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/segment/box_cluster.hpp"
 #include "stillmap/segment/dynamic_mask.hpp"
 #include "stillmap/track/global_shutter.hpp"
@@ -268,7 +267,7 @@ std::shared_ptr<const LabeledCloud> DenseStream::live_cloud() {
   return cloud_;
 }
 
-PlacedMap DenseStream::place(const Map& map) {
+std::map<std::uint32_t, ViewPoses> DenseStream::poses_by_component(const Map& map) const {
   std::map<std::uint32_t, ViewPoses> by_component;
   for (const auto& [id, view] : dense_.views()) {
     const auto place = current_place(map, places_.at(id));
@@ -276,10 +275,15 @@ PlacedMap DenseStream::place(const Map& map) {
     const Keyframe& keyframe = map.at(place->keyframe);
     by_component[keyframe.component][id] = keyframe.T_world_camera * place->T_keyframe_camera;
   }
-  const ViewPoses poses = largest_of(by_component);
+  return by_component;
+}
+
+PlacedMap DenseStream::place(const Map& map) {
   // The live map is no longer needed; until show() ask() returns the cached cloud or an empty one.
   if (stage_) stage_->ask([this] { dense_.start_new_world(); }).get();
-  return dense_.place(pose_lookup(poses));
+  for (const auto& [component, poses] : poses_by_component(map))
+    dense_.replace_seen_again(view_of(0), pose_lookup(poses));
+  return dense_.place(pose_lookup(largest_of(poses_by_component(map))));
 }
 
 std::vector<AnchoredView> DenseStream::saved_views(const Map& map) const {
@@ -290,6 +294,7 @@ std::vector<AnchoredView> DenseStream::saved_views(const Map& map) const {
     if (!place) continue;
     views.push_back({{position.at(place->keyframe), 0}, place->T_keyframe_camera, *view});
   }
+  number_visits(views);
   return views;
 }
 

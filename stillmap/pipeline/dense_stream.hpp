@@ -6,6 +6,7 @@
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/relative_place.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/pipeline/stage.hpp"
 #include "stillmap/track/tracker.hpp"
@@ -67,12 +68,18 @@ class DenseStream {
   /// Sets the final cloud, which ask() returns from now on.
   void show(std::shared_ptr<const Cloud> cloud);
 
-  /// Returns the dense map of the component with most views, with their poses in the map. Called
-  /// after finish().
+  /// Returns the dense map of the component with most views, with their poses in the map, after
+  /// what this run saw again or through has been removed from the loaded views. Called after
+  /// finish().
   PlacedMap place(const Map& map);
   /// Returns the views of all components, relative to keyframes numbered as in Map::content().
   /// Called in ask() or after finish().
   std::vector<AnchoredView> saved_views(const Map& map) const;
+
+  /// Returns the id of a frame's view; views of loaded maps have smaller ids.
+  static std::uint64_t view_of(std::size_t frame_index) {
+    return (std::uint64_t{1} << 32) + frame_index;
+  }
 
   // Called in ask() or after finish().
   const std::map<std::uint64_t, RelativePlace>& places() const { return places_; }
@@ -109,11 +116,8 @@ class DenseStream {
   void follow(const KeyframePoses& moved);
   void settle(const std::vector<NewKeyframe>& made);
   std::shared_ptr<const LabeledCloud> live_cloud();
+  std::map<std::uint32_t, ViewPoses> poses_by_component(const Map& map) const;
   void add_loaded(std::vector<AnchoredView> views);
-  /// Returns the id of a frame's view; views of loaded maps have smaller ids.
-  static std::uint64_t view_of(std::size_t frame_index) {
-    return (std::uint64_t{1} << 32) + frame_index;
-  }
 
   Camera camera_;
   const std::size_t max_mask_age_;  // maximum age of the labels' detections [frames]

@@ -93,23 +93,9 @@ Visited visited(const SavedMap& merged, const ViewPoses& poses, DenseOptions opt
   return visit;
 }
 
-/// Returns the pixel next to a point: row and column.
-std::pair<int, int> pixel_at(const ProjectedPoint& p) {
-  return {p.row + (p.down > 0.5F), p.col + (p.right > 0.5F)};
-}
-
 /// Returns the measured depth at a point [m]; 0 if unknown.
 float depth_at(const DenseView& view, const ProjectedPoint& p) {
-  const auto [row, col] = pixel_at(p);
-  return view.depth(row, col) * DenseView::kDepthUnit;
-}
-
-/// Returns whether a view shows a static surface at a point, camera frame [m].
-bool shows(const DenseView& view, const ProjectedPoint& p, const DepthPolynomial<float>& margin) {
-  const auto [row, col] = pixel_at(p);
-  const float z = depth_at(view, p);
-  return view.kind(row, col) != kMoverSurface &&
-         visibility_of(p.z, z, margin.at(z)) == Visibility::kOnSurface;
+  return view.depth(p.row + (p.down > 0.5F), p.col + (p.right > 0.5F)) * DenseView::kDepthUnit;
 }
 
 /// Returns the votes of the views of the other visit on each point.
@@ -119,13 +105,13 @@ std::vector<Votes> votes_on(const std::vector<Eigen::Vector3f>& points,
   const PointGroups groups(points);
   for (const PosedView& posed : views) {
     const PlacedView placed(*posed.view, posed.T_world_camera);
-    const auto margin = see_through_margin(posed.view->camera.depth_sensor);
     groups.for_each_in(
         ViewProjection(posed), all_threads(), [&](std::size_t i, const ProjectedPoint& projected) {
           Votes& of_point = votes[groups.place(i)];
-          if (shows(*posed.view, projected, margin)) {
+          const Eigen::Vector3f p_camera = placed.in_camera(groups.point(i));
+          if (placed.shows(p_camera)) {
             ++of_point.shown;
-          } else if (placed.at(placed.in_camera(groups.point(i))) == VoxelVote::kSeenThrough) {
+          } else if (placed.at(p_camera) == VoxelVote::kSeenThrough) {
             const bool is_far = (1 - kDepthError) * depth_at(*posed.view, projected) > projected.z;
             ++(is_far ? of_point.through : of_point.near);
           }
@@ -201,10 +187,10 @@ std::string class_at(const std::vector<Eigen::Vector3f>& points,
   for (const PosedView& posed : views) {
     if (posed.view->instances.empty()) continue;
     const ViewProjection projection(posed);
-    const auto margin = see_through_margin(posed.view->camera.depth_sensor);
+    const PlacedView placed(*posed.view, posed.T_world_camera);
     for (const Eigen::Vector3f& point : points) {
       const auto projected = projection(point);
-      if (!projected || !shows(*posed.view, *projected, margin)) continue;
+      if (!projected || !placed.shows(placed.in_camera(point))) continue;
       const int instance = posed.view->instance_at(projected->row, projected->col);
       ++counts[instance < 0 ? "" : posed.view->instances[instance].class_name];
     }

@@ -156,7 +156,11 @@ class Recovery {
       by_id[key.id] = {place->keyframe, place->T_keyframe_camera, views.read(in, camera)};
     });
     std::vector<AnchoredView> in_order;
-    for (auto& [id, view] : by_id) in_order.push_back(std::move(view));
+    for (auto& [id, view] : by_id) {
+      if (id < DenseStream::view_of(0)) view.view.visit = 0;  // of a loaded map
+      in_order.push_back(std::move(view));
+    }
+    number_visits(in_order);
     return in_order;
   }
 

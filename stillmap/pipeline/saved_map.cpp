@@ -11,8 +11,11 @@
 #include "stillmap/map/pose_bytes.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <set>
 #include <span>
 #include <sstream>
 
@@ -22,6 +25,7 @@ namespace stillmap {
 namespace {
 
 constexpr std::array<char, 4> kInfo = {'I', 'N', 'F', 'O'};
+constexpr std::array<char, 4> kVisits = {'V', 'I', 'S', 'T'};
 constexpr std::array<char, 4> kDense = {'D', 'E', 'N', 'S'};
 /// Size of the views of a section, unless it holds a single larger one [bytes].
 constexpr std::size_t kDenseSection = 16U << 20;
@@ -77,6 +81,12 @@ std::vector<std::size_t> ends_of_sections(const std::vector<AnchoredView>& views
   return ends;
 }
 
+std::string visits_bytes(const std::vector<AnchoredView>& views) {
+  ByteWriter out;
+  for (const AnchoredView& v : views) out.put(v.view.visit);
+  return out.take();
+}
+
 std::string dense_bytes(std::span<const AnchoredView> views) {
   ByteWriter out;
   out.put(static_cast<std::uint32_t>(views.size()));
@@ -91,7 +101,7 @@ std::string dense_bytes(std::span<const AnchoredView> views) {
 void write_map(std::ostream& out, const SavedMap& saved) {
   std::vector<Section> sections = map_sections(saved.map);
   const std::vector<std::size_t> ends = ends_of_sections(saved.views);
-  SectionWriter file(kMapFormat, out, 1 + sections.size() + ends.size());
+  SectionWriter file(kMapFormat, out, 2 + sections.size() + ends.size());
   ByteWriter info;
   info.put_text(saved.writer);
   file.add({kInfo, info.bytes()});
@@ -99,12 +109,23 @@ void write_map(std::ostream& out, const SavedMap& saved) {
     file.add(section);
     section.bytes = {};
   }
+  file.add({kVisits, visits_bytes(saved.views)});
   std::size_t begin = 0;
   for (const std::size_t end : ends) {
     file.add({kDense, dense_bytes(std::span(saved.views).subspan(begin, end - begin))});
     begin = end;
   }
   file.finish();
+}
+
+/// Sets the visits of the views; maps of former programs have none.
+void read_visits(const std::vector<Section>& sections, const std::string& where,
+                 std::vector<AnchoredView>& views) {
+  for (AnchoredView& view : views) view.view.visit = 0;
+  if (std::ranges::find(sections, kVisits, &Section::name) == sections.end()) return;
+  ByteReader in = section_reader(sections, "VIST", where);
+  for (AnchoredView& view : views) view.view.visit = in.get<std::uint16_t>();
+  in.expect_end();
 }
 
 /// Adds the views of a section.
@@ -133,17 +154,26 @@ SavedMap read_map(std::istream& in, const std::string& where, const MemoryLimit&
   saved.writer = info.get_text();
   info.expect_end();
   saved.map = map_from_sections(sections, where);
-  sections.clear();
   ViewReader views(memory);
   if (!next) section_reader({}, "DENS", where);  // throws
   for (; next; next = file.next()) {
-    sections = {std::move(*next)};
-    add_views(section_reader(sections, "DENS", where), views, saved);
+    const std::vector<Section> dense = {std::move(*next)};
+    add_views(section_reader(dense, "DENS", where), views, saved);
   }
+  read_visits(sections, where, saved.views);
   return saved;
 }
 
 }  // namespace
+
+void number_visits(std::vector<AnchoredView>& views) {
+  std::set<std::uint16_t> visits;
+  for (const AnchoredView& view : views) visits.insert(view.view.visit);
+  for (AnchoredView& view : views) {
+    const auto earlier = std::distance(visits.begin(), visits.find(view.view.visit));
+    view.view.visit = static_cast<std::uint16_t>(earlier);
+  }
+}
 
 void put_view(ByteWriter& out, const DenseView& view) {
   for (const int number : {view.stride, view.camera.width, view.camera.height}) {

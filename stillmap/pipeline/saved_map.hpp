@@ -21,6 +21,9 @@ struct AnchoredView {
   DenseView view;
 };
 
+/// Numbers the visits of the views from 0 on, in their order.
+void number_visits(std::vector<AnchoredView>& views);
+
 /// Files in the folder of a run: its map, and while it runs its journal.
 constexpr const char* kRunMap = "run.map";
 constexpr const char* kRunJournal = "run.journal";

@@ -102,6 +102,7 @@ SavedMap tiny_map() {
   view.color = cv::Mat3b(2, 2, cv::Vec3b(10, 20, 30));
   view.kind = (cv::Mat1b(2, 2) << 0, 1, 2, 255);
   view.instances = {{"chair", 0.5F}};
+  view.visit = 0;
   saved.views = {{id, Pose(so3_exp({0.1, 0.2, 0.3}), {1, 2, 3}), view}};
   return saved;
 }
@@ -339,13 +340,14 @@ TEST(SavedMap, IsReadAndWrittenWithLittleMemory) {
   std::filesystem::remove_all(memory.folder);
 }
 
-/// Version 2 had all views in one section.
+/// Version 2 had all views in one section, and no visits.
 TEST(SavedMap, OfTheFormerVersionIsRead) {
   const std::string bytes = saved_map_bytes(tiny_map());
   SectionFormat former = kMapFormat;
   former.version = 2;
-  const SavedMap read =
-      saved_map_from_bytes(pack_sections(former, unpack_sections(kMapFormat, bytes, "")), "");
+  auto sections = unpack_sections(kMapFormat, bytes, "");
+  std::erase_if(sections, [](const Section& s) { return s.name[0] == 'V'; });
+  const SavedMap read = saved_map_from_bytes(pack_sections(former, sections), "");
   EXPECT_EQ(describe_map(read).version, 2U);
   EXPECT_EQ(saved_map_bytes(read), bytes) << "it is written in the present one";
 }
@@ -466,12 +468,33 @@ TEST(Extending, AddsASessionInTheSameWorld) {
   }
 }
 
+TEST(Extending, OnTheSamePathAgainAndAgainTheDenseMapGrowsNoFurther) {
+  std::vector<std::size_t> views;
+  Outcome r = run(visit("slower"), StartingMap{first_visit().map, true});
+  for (int visits = 0; visits < 4; ++visits) {
+    views.push_back(r.map.views.size());
+    r = run(visit("slower"), StartingMap{std::move(r.map), true});
+  }
+  EXPECT_LE(r.map.views.size(), views[1] + 2) << testing::PrintToString(views);
+  EXPECT_GT(10 * r.result.dense.cloud.size(), 9 * first_visit().result.dense.cloud.size());
+}
+
+std::vector<std::uint16_t> visits_of(const SavedMap& map) {
+  std::vector<std::uint16_t> visits;
+  for (const AnchoredView& view : map.views) visits.push_back(view.view.visit);
+  return visits;
+}
+
 TEST(Extending, WithAnotherCameraGivesAMapThatIsReadBack) {
+  EXPECT_THAT(visits_of(first_visit().map), testing::Each(0));
   const Outcome r = run(visit("longer"), StartingMap{first_visit().map, true});
+  EXPECT_THAT(visits_of(r.map), testing::IsSupersetOf({0, 1}));
+  EXPECT_THAT(visits_of(r.map), testing::Each(testing::Le(1)));
   EXPECT_EQ(r.map.map.first.size(), 1U) << "one component";
   EXPECT_EQ(r.map.map.camera.width, visit("longer").camera().width);
   const SavedMap read = saved_map_from_bytes(saved_map_bytes(r.map), "");
   EXPECT_EQ(saved_map_bytes(read), saved_map_bytes(r.map));
+  EXPECT_EQ(visits_of(read), visits_of(r.map));
 }
 
 TEST(Extending, ANewPlaceBecomesAComponentOfItsOwn) {
