@@ -12,6 +12,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <glob.h>
 #include <map>
@@ -49,6 +52,7 @@ struct BatchArguments : RunRequest {
   std::optional<int> only;  // number of the only job that is run
 };
 
+constexpr const char* kTable = "results.csv";
 constexpr int kAttempts = 3;  // of a job that a signal ends, such as one for lack of memory
 constexpr int kSignal = 128;  // larger codes are those of signals: see run_program()
 
@@ -62,6 +66,7 @@ struct JobEnd {
   std::string key;  ///< Hash of program, options and recording.
   int code = kFailure;
   double seconds = 0;
+  std::map<std::string, std::uintmax_t> files = {};  ///< The results, and their sizes [bytes].
 };
 
 // ---- the jobs
@@ -109,19 +114,27 @@ std::vector<std::string> recordings_of(const BatchArguments& arguments) {
   return recordings;
 }
 
-/// Returns the jobs; recordings of one name are told apart by the folder that they are in.
-std::vector<Job> jobs_of(const BatchArguments& arguments) {
-  std::vector<Job> jobs;
-  std::map<std::string, std::vector<std::size_t>> by_name;
-  for (const std::string& recording : recordings_of(arguments)) {
-    jobs.push_back({recording, sequence_name(recording)});
-    by_name[jobs.back().name].push_back(jobs.size() - 1);
+/// Returns the last names of a path, as one word.
+std::string last_names(const fs::path& path, std::size_t count) {
+  std::vector<std::string> names;
+  for (const fs::path& name : absolute_path(path)) {
+    if (name.has_filename() && name.has_relative_path()) names.push_back(name.string());
   }
-  for (const auto& [name, same] : by_name) {
-    if (same.size() < 2) continue;
-    for (const std::size_t i : same) {
-      const fs::path folder = absolute_path(jobs[i].recording).parent_path();
-      jobs[i].name = sequence_name(folder) + "_" + name;
+  const auto first = names.end() - static_cast<std::ptrdiff_t>(std::min(count, names.size()));
+  return fmt::format("{}", fmt::join(first, names.end(), "_"));
+}
+
+/// Returns the jobs; recordings of one name are told apart by the folders that they are in.
+std::vector<Job> jobs_of(const BatchArguments& arguments) {
+  constexpr std::size_t kFolders = 8;
+  std::vector<Job> jobs;
+  for (const std::string& recording : recordings_of(arguments))
+    jobs.push_back({recording, sequence_name(recording)});
+  for (std::size_t folders = 1; folders <= kFolders; ++folders) {
+    std::map<std::string, std::size_t> jobs_of_name;
+    for (const Job& job : jobs) ++jobs_of_name[job.name];
+    for (Job& job : jobs) {
+      if (jobs_of_name[job.name] > 1) job.name = last_names(job.recording, folders + 1);
     }
   }
   std::map<std::string, std::string> first;
@@ -153,6 +166,28 @@ std::vector<std::string> run_words(const CLI::App& command) {
     }
   }
   return words;
+}
+
+// ---- the table
+
+/// A row of the table; texts are empty where there is nothing to tell.
+using Row = std::array<std::string, 8>;
+const Row kColumns{"recording", "status",   "frames",   "with a pose",
+                   "ATE [m]",   "time [s]", "findings", "name"};
+
+std::string csv_of(const std::vector<Row>& rows) {
+  std::string text;
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const bool quoted = row[i].find_first_of(",\"\n") != std::string::npos;
+      std::string value = row[i];
+      for (std::size_t at = 0; quoted && (at = value.find('"', at)) != std::string::npos; at += 2)
+        value.insert(at, 1, '"');
+      text += (i > 0 ? "," : "") + (quoted ? '"' + value + '"' : value);
+    }
+    text += '\n';
+  }
+  return text;
 }
 
 // ---- what is done already
@@ -194,6 +229,14 @@ class Batch {
   const fs::path& out() const { return out_; }
   fs::path results_of(const Job& job) const { return out_ / job.name; }
 
+  /// Throws Error if the results would replace what no batch wrote.
+  void require_own_table(bool force) const {
+    require_replaceable(
+        out_ / kTable,
+        [](const fs::path& file) { return read_file(file).starts_with(csv_of({kColumns})); },
+        force);
+  }
+
   /// Throws Error if a batch put the results of another recording where those of a job would be.
   void require_own(const Job& job) const {
     const std::string before = json_of(job).value("recording", "");
@@ -206,7 +249,8 @@ class Batch {
   JobEnd run(const Job& job) const {
     JobEnd end{
         fmt::format("{:016x}", with_content(job.recording, fnv1a(job.recording, of_options_)))};
-    if (const JobEnd before = read_end(job); before.key == end.key && has_results(before.code))
+    if (const JobEnd before = read_end(job);
+        before.key == end.key && has_results(before.code) && before.files == files_of(job))
       return before;
     const Stopwatch watch;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
@@ -220,6 +264,7 @@ class Batch {
       if (end.code <= kSignal || end.code == kInterrupted || interrupted()) break;
     }
     end.seconds = watch.milliseconds() / 1000;
+    end.files = files_of(job);
     write_end(job, end);
     return end;
   }
@@ -229,6 +274,16 @@ class Batch {
   }
 
  private:
+  /// Returns the names and sizes of the results.
+  std::map<std::string, std::uintmax_t> files_of(const Job& job) const {
+    std::map<std::string, std::uintmax_t> files;
+    if (!fs::is_directory(results_of(job))) return files;
+    for (const auto& entry : fs::directory_iterator(results_of(job))) {
+      if (entry.is_regular_file()) files[entry.path().filename().string()] = entry.file_size();
+    }
+    return files;
+  }
+
   static bool has_results(int code) { return code == kSuccess || code == kDoubtful; }
 
   void write_end(const Job& job, const JobEnd& end) const {
@@ -236,7 +291,8 @@ class Batch {
                json_text({{"recording", absolute_path(job.recording).string()},
                           {"key", end.key},
                           {"code", end.code},
-                          {"seconds", end.seconds}}) +
+                          {"seconds", end.seconds},
+                          {"files", end.files}}) +
                    "\n");
   }
 
@@ -249,9 +305,9 @@ class Batch {
   }
 
   JobEnd read_end(const Job& job) const {
-    if (!is_file(results_of(job) / kRunSummary)) return {};
     const nlohmann::json json = json_of(job);
-    return {json.value("key", ""), json.value("code", int{kFailure}), json.value("seconds", 0.0)};
+    return {json.value("key", ""), json.value("code", int{kFailure}), json.value("seconds", 0.0),
+            json.value("files", std::map<std::string, std::uintmax_t>())};
   }
 
   const fs::path out_;
@@ -281,12 +337,7 @@ std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, in
   return ends;
 }
 
-// ---- the table
-
-/// A row of the table; texts are empty where there is nothing to tell.
-using Row = std::array<std::string, 8>;
-const Row kColumns{"recording", "status",   "frames",   "with a pose",
-                   "ATE [m]",   "time [s]", "findings", "name"};
+// ---- the results
 
 std::string status_of(int code) {
   switch (code) {
@@ -319,19 +370,20 @@ Row row_of(const Batch& batch, const Job& job, const JobEnd& end) {
   return row;
 }
 
-std::string csv_of(const std::vector<Row>& rows) {
-  std::string text;
-  for (const Row& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const bool quoted = row[i].find_first_of(",\"\n") != std::string::npos;
-      std::string value = row[i];
-      for (std::size_t at = 0; quoted && (at = value.find('"', at)) != std::string::npos; at += 2)
-        value.insert(at, 1, '"');
-      text += (i > 0 ? "," : "") + (quoted ? '"' + value + '"' : value);
-    }
-    text += '\n';
+/// Returns a relative address. https://www.rfc-editor.org/rfc/rfc3986#section-2
+std::string address_of(const std::string& file) {
+  std::string address;
+  for (const char c : file) {
+    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || std::strchr("-._~/", c);
+    address += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
   }
-  return text;
+  return address;
+}
+
+/// Returns the report of a job, or what it printed if it failed.
+std::string page_link(const Row& row) {
+  const bool failed = row[1] == status_of(kFailure);
+  return address_of(failed ? "jobs/" + row.back() + ".log" : row.back() + "/report.html");
 }
 
 std::string page_of(const std::vector<Row>& rows) {
@@ -341,8 +393,7 @@ std::string page_of(const std::vector<Row>& rows) {
     table += "<tr>";
     for (std::size_t i = 0; i + 1 < row.size(); ++i) {
       std::string cell = escape_markup(row[i]);
-      if (i == 0 && !is_head && row[1] != status_of(kFailure))
-        cell = fmt::format("<a href=\"{}/report.html\">{}</a>", escape_markup(row.back()), cell);
+      if (i == 0 && !is_head) cell = fmt::format("<a href=\"{}\">{}</a>", page_link(row), cell);
       table += is_head ? "<th>" + cell + "</th>" : "<td>" + cell + "</td>";
     }
     table += "</tr>\n";
@@ -359,7 +410,7 @@ int write_table(const Batch& batch, const std::vector<Job>& jobs, const std::vec
     width = std::max(width, rows.back()[7].size());
   }
   ResultFolder folder(batch.out());
-  folder.write_text("results.csv", csv_of(rows));
+  folder.write_text(kTable, csv_of(rows));
   folder.write_text("results.html", page_of(rows));
   folder.require_all();
   for (const Row& row : rows)
@@ -384,6 +435,12 @@ int merge_maps_of(const Batch& batch, const std::vector<Job>& jobs, const std::s
   for (const Job& job : jobs) {
     if (const fs::path map = batch.results_of(job) / "run.map"; is_file(map))
       words.push_back(map.string());
+  }
+  constexpr std::size_t kCommand = 3;
+  if (words.size() < kCommand + 2) {
+    print_error("stillmap: {}: not written, since {} of the recordings has a map\n", file,
+                words.size() == kCommand ? "none" : "only one");
+    return kFailure;
   }
   words.insert(words.end(), {"--out", fs::absolute(file).string(), "--force"});
   const fs::path log = batch.out() / "jobs" / "merge.log";
@@ -412,8 +469,9 @@ int submit(const BatchArguments& arguments, const Batch& batch, const std::vecto
   const std::string folder = (batch.out() / "jobs").string();
   const auto script = [&](const std::string& name, const std::string& last) {
     return fmt::format(
-        "#!/bin/sh\n#SBATCH --job-name={} --requeue\n#SBATCH --output={}/{}\nexec {} {}\n", name,
-        folder, name == "stillmap" ? "slurm_%a.txt" : "slurm_results.txt", command, last);
+        "#!/bin/sh\n#SBATCH --job-name={} --requeue\n#SBATCH --output={}/{}\ncd {}\nexec {} {}\n",
+        name, folder, name == "stillmap" ? "slurm_%a.txt" : "slurm_results.txt",
+        quoted(fs::current_path().string()), command, last);
   };
   const std::string merge =
       arguments.merge.empty() ? "" : "--merge " + quoted(fs::absolute(arguments.merge).string());
@@ -440,19 +498,31 @@ int submit(const BatchArguments& arguments, const Batch& batch, const std::vecto
   return kSuccess;
 }
 
+/// Prints what would be run. Returns the exit code.
+int show(const Batch& batch, const std::vector<Job>& jobs) {
+  int code = kSuccess;
+  for (const Job& job : jobs) {
+    print_out("{} -> {}\n", job.recording, batch.results_of(job).string());
+    if (fs::exists(job.recording)) continue;
+    print_error("stillmap: {}: does not exist\n  fix: check its name\n", job.recording);
+    code = kFailure;
+  }
+  return code;
+}
+
 int run_batch(const BatchArguments& arguments, const CLI::App& command) {
   const std::vector<Job> jobs = jobs_of(arguments);
   const std::vector<std::string> options = run_words(command);
   options_of(arguments);  // Throws Error for options that no job could use.
+  for (const std::string& file : {arguments.model, arguments.load_map, arguments.zones}) {
+    if (!file.empty() && !fs::exists(file)) throw Error("does not exist", file, "check its name");
+  }
   if (!arguments.merge.empty()) require_replaceable(arguments.merge, is_saved_map, arguments.force);
   const Batch batch(arguments, options);
+  batch.require_own_table(arguments.force);
   for (const Job& job : jobs) batch.require_own(job);
   if (arguments.use_slurm) return submit(arguments, batch, jobs, options);
-  if (arguments.dry_run) {
-    for (const Job& job : jobs)
-      print_out("{} -> {}\n", job.recording, batch.results_of(job).string());
-    return kSuccess;
-  }
+  if (arguments.dry_run) return show(batch, jobs);
   catch_interrupt();
   if (arguments.only) {
     if (static_cast<std::size_t>(*arguments.only) >= jobs.size())

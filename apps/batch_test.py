@@ -5,15 +5,29 @@
   batch_test.py PROGRAM    PROGRAM: file of the command
 """
 import csv
+import json
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
 PROGRAM = None
 COUNT = 3
+
+
+def read(file):
+    try:
+        return file.read_bytes()
+    except OSError:  # the process has ended
+        return b""
+
+
+def wait_until(condition):
+    while not condition():
+        time.sleep(0.01)
 
 
 class Batch(unittest.TestCase):
@@ -73,10 +87,17 @@ class Batch(unittest.TestCase):
         self.batch("recordings/*")
         self.assertEqual([now == before for now, before in zip(self.times(), first)], [True, False, True])
         changed.write_text(text)
-        (self.out / "visit_2" / "summary.json").unlink()
+        (self.out / "visit_2" / "cloud.ply").unlink()
+        before = self.times()
+        self.batch("recordings/*")
+        self.assertEqual([now == then for now, then in zip(self.times(), before)], [True, False, False])
+        self.assertTrue((self.out / "visit_2" / "cloud.ply").exists())
+        self.run_stillmap("run", "recordings/visit_0", "--out", self.out / "visit_0", "--stride", 2, "--quiet", "--force")
+        before = self.times()
+        self.batch("recordings/*")
+        self.assertEqual([now == then for now, then in zip(self.times(), before)], [False, True, True])
         self.batch("recordings/*", "--preset", "static")
-        self.assertTrue(all(now != before for now, before in zip(self.times()[:2], first)))
-        self.assertTrue((self.out / "visit_2" / "summary.json").exists())
+        self.assertTrue(all(now != then for now, then in zip(self.times(), before)))
 
     def test_a_failure_leaves_the_others(self):
         broken = self.folder / "broken"
@@ -85,6 +106,7 @@ class Batch(unittest.TestCase):
         output = self.batch("recordings/visit_1", "broken", code=1)
         self.assertEqual([row["status"] for row in self.rows()], ["done", "failed"])
         self.assertIn("jobs/broken.log", output)
+        self.assertIn('<a href="jobs/broken.log">broken</a>', (self.out / "results.html").read_text())
         self.assertIn("fix:", (self.out / "jobs" / "broken.log").read_text())
 
     def test_maps_are_merged(self):
@@ -105,7 +127,12 @@ class Batch(unittest.TestCase):
         self.batch("recordings/visit_0", other)
         self.assertEqual([row["name"] for row in self.rows()], ["recordings_visit_0", "other_visit_0"])
         alike = shutil.copytree(other, self.folder / "deep" / other.parent.name / other.name)
-        self.assertIn("two recordings would have the results", self.batch(other, alike, code=1))
+        names = [Path(line).name for line in self.batch(other, alike, "--dry-run").splitlines()]
+        self.assertEqual(names, [f"{self.folder.name}_other_visit_0", "deep_other_visit_0"])
+        for name in ("visit.bag", "visit.mcap"):
+            (self.folder / name).touch()
+        names = [Path(line).name for line in self.batch("visit.bag", "visit.mcap", "--dry-run").splitlines()]
+        self.assertEqual(names, [f"{self.folder.name}_visit.bag", f"{self.folder.name}_visit.mcap"])
 
     def test_a_list_of_any_program(self):
         list_file = self.folder / "list.txt"
@@ -126,7 +153,39 @@ class Batch(unittest.TestCase):
         self.assertEqual(notes.read_text(), "mine")
         self.assertFalse((self.out / "visit_0").exists(), "before the first recording is mapped")
 
+    def test_a_table_of_others_is_kept(self):
+        self.out.mkdir()
+        (self.out / "results.csv").write_text("mine")
+        self.batch("recordings/visit_0", code=1)
+        self.assertEqual((self.out / "results.csv").read_text(), "mine")
+        self.assertFalse((self.out / "visit_0").exists(), "before the first recording is mapped")
+
+    def test_names_are_addresses_in_the_page(self):
+        shutil.copytree(self.folder / "recordings" / "visit_0", self.folder / "50 % #1", dirs_exist_ok=True)
+        self.batch("50 % #1", "--set", "dense.enabled=false")
+        self.assertIn('href="50%20%25%20%231/report.html"', (self.out / "results.html").read_text())
+
+    def test_one_map_is_not_merged(self):
+        self.assertIn("only one of the recordings has a map", self.batch("recordings/visit_0", "--merge", "one.map", code=1))
+        self.assertFalse((self.folder / "one.map").exists())
+
+    def test_a_killed_batch_leaves_no_program(self):
+        long = self.folder / "long"
+        self.run_stillmap("simulate", "--frames", 400, "--people", 0, "--width", 160, "--height", 120, "--out", long)
+        process = subprocess.Popen([PROGRAM, "batch", long, "--out", self.out], stdout=subprocess.DEVNULL)
+        running = lambda: [entry for entry in Path("/proc").glob("[0-9]*/cmdline") if str(self.out / "long").encode() in read(entry)]
+        wait_until(running)
+        process.kill()
+        process.wait()
+        wait_until(lambda: not running())
+        summary = self.out / "long" / "summary.json"
+        self.assertTrue(not summary.exists() or json.loads(summary.read_text())["frames"]["total"] < 400)
+        self.batch(long)
+        self.assertEqual(json.loads(summary.read_text())["frames"]["total"], 400)
+
     def test_wrong_words(self):
+        self.assertIn("does not exist", self.batch("recordings/*", "--load-map", "no.map", code=1))
+        self.assertIn("does not exist", self.batch("recordings/nothing", "--dry-run", code=1))
         self.assertIn("no recording has such a name", self.batch("nothing/*", code=1))
         self.assertIn("no recordings were named", self.batch(code=1))
         self.assertIn("did you mean", self.batch("recordings/*", "--preset", "fusd", code=1))
@@ -138,6 +197,7 @@ class Batch(unittest.TestCase):
         self.assertIn("sbatch --dependency=afterany:$array --partition=cpu ", output)
         self.assertIn("'--stride' '2' --only $SLURM_ARRAY_TASK_ID", output)
         self.assertIn("it'\\''s.map'", output)
+        self.assertIn(f"cd '{self.folder}'", output)
         for script in (self.out / "jobs").glob("*.sh"):
             subprocess.run(["sh", "-n", script], check=True)
         self.assertFalse((self.out / "visit_0").exists())

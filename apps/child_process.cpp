@@ -3,11 +3,12 @@
 
 #include "stillmap/base/error.hpp"
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstring>
 #include <fcntl.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -19,29 +20,29 @@ namespace {
 
 constexpr std::chrono::milliseconds kPause(20);  // between two looks at a program
 
+constexpr int kNotStarted = 127;  // the exit code, as of a shell
+
 /// Starts a program, in a process group of its own, so that a terminal does not interrupt it, too.
+/// It is asked to end when the calling thread ends, such as when this process is killed.
 pid_t start(const std::vector<std::string>& words, const std::filesystem::path& log) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
-                                   0644);
-  posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  pid_t process = 0;
-  const int failure =
-      ::posix_spawn(&process, arguments[0], &files, &attributes, arguments.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
-  if (failure != 0)
-    throw Error(std::string("cannot be started: ") + std::strerror(failure), words.front(),
-                "check " + log.string());
-  return process;
+  const pid_t parent = ::getpid();
+  const pid_t process = ::fork();
+  if (process < 0)
+    throw Error(std::string("cannot be started: ") + std::strerror(errno), words.front(),
+                "close other programs");
+  if (process > 0) return process;
+  // Other threads are gone, so only calls that are safe in signal handlers are allowed.
+  ::setpgid(0, 0);
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  const int in = ::open("/dev/null", O_RDONLY);
+  const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  const bool ready = ::getppid() == parent && ::dup2(in, STDIN_FILENO) >= 0 &&
+                     ::dup2(out, STDOUT_FILENO) >= 0 && ::dup2(out, STDERR_FILENO) >= 0;
+  if (ready) ::execve(arguments[0], arguments.data(), environ);
+  ::_exit(kNotStarted);
 }
 
 /// Returns the status of a process when it has ended; interrupts it once this process was.

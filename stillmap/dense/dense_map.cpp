@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <ranges>
 #include <utility>
 
 namespace stillmap {
@@ -20,7 +21,7 @@ constexpr double kMinNovelty = 0.005;
 constexpr std::size_t kMinRefuted = 100;
 /// Minimum share of the pixels of an earlier view with surfaces that no newer view shows, for the
 /// view to be kept [0..1].
-constexpr double kMinRest = 0.05;
+constexpr double kMinRest = 0.02;
 
 bool is_finite(const Pose& pose) {
   return pose.quaternion().coeffs().allFinite() && pose.translation().allFinite();
@@ -207,9 +208,9 @@ void DenseMap::replace_same_viewpoint(std::uint64_t id) {
 
 void DenseMap::replace_seen_again(std::uint64_t first, const PoseLookup& T_world_camera) {
   std::vector<std::pair<std::uint64_t, Pose>> newest_first;
-  for (auto view = views_.rbegin(); view != views_.rend(); ++view) {
-    const std::optional<Pose> pose = T_world_camera(view->first);
-    if (pose && is_finite(*pose)) newest_first.emplace_back(view->first, *pose);
+  for (const auto& [id, view] : std::views::reverse(views_)) {
+    const std::optional<Pose> pose = T_world_camera(id);
+    if (pose && is_finite(*pose)) newest_first.emplace_back(id, *pose);
   }
   if (newest_first.empty() || newest_first.front().first < first) return;
   NewerViews newer;

@@ -51,7 +51,8 @@ class PlacedView {
     return R_camera_world_ * d_world;
   }
 
-  /// Returns whether the pixel at a point shows a surface there that is no mover's, camera frame [m].
+  /// Returns whether the pixel at a point shows a surface there that is no mover's, camera frame
+  /// [m].
   bool shows(const Eigen::Vector3f& p_camera) const;
   /// Returns the vote on a point, camera frame [m].
   VoxelVote at(const Eigen::Vector3f& p_camera) const;

@@ -59,15 +59,14 @@ RestOfView NewerViews::rest_of(const PosedView& earlier) const {
   const PointGroups groups(at.points);
   std::vector<Votes> votes(at.points.size());
   for (const auto& [newer, T_world_camera, refutes] : newer_) {
-    groups.for_each_in(
-        ViewProjection({&newer.view(), T_world_camera}), all_threads(),
-        [&](std::size_t i, const ProjectedPoint& p) {
-          const std::size_t place = groups.place(i);
-          const Eigen::Vector3f p_camera = newer.in_camera(groups.point(i));
-          if (p.z <= at.largest[place])
-            votes[place].shown += newer.shows(p_camera);
-          if (refutes) votes[place].through += newer.at(p_camera) == VoxelVote::kSeenThrough;
-        });
+    groups.for_each_in(ViewProjection({&newer.view(), T_world_camera}), all_threads(),
+                       [&](std::size_t i, const ProjectedPoint& p) {
+                         const std::size_t place = groups.place(i);
+                         const Eigen::Vector3f p_camera = newer.in_camera(groups.point(i));
+                         if (p.z <= at.largest[place]) votes[place].shown += newer.shows(p_camera);
+                         if (refutes)
+                           votes[place].through += newer.at(p_camera) == VoxelVote::kSeenThrough;
+                       });
     newer.view().drop_pages();
   }
   RestOfView rest{copy_of(*earlier.view)};

@@ -22,8 +22,8 @@ class NewerViews {
   void add(const PosedView& view, bool refutes);
 
   /// Returns a view without the pixels whose points at least `kRefuting` newer views see through.
-  /// Of the others, those count as new that fewer than `kEnough` newer views show, from no more than
-  /// one and a half times the distance.
+  /// Of the others, those count as new that fewer than `kEnough` newer views show, from no more
+  /// than one and a half times the distance.
   RestOfView rest_of(const PosedView& earlier) const;
 
   static constexpr int kEnough = 5, kRefuting = 2;

@@ -19,8 +19,8 @@ DenseView static_view(const Plane& plane, const Pose& T_world_camera = Pose()) {
   return make_dense_view(small_camera(), view_of(small_camera(), T_world_camera, plane), {}).view;
 }
 
-// Returns the share of the surfaces in a view of the wall that are new beside another view, which is
-// there several times.
+// Returns the share of the surfaces in a view of the wall that are new beside another view, which
+// is there several times.
 double rest_after(const DenseView& newer, int times, const Pose& T_world_newer = Pose(),
                   bool refutes = true) {
   const DenseView earlier = static_view(kWall);
@@ -42,7 +42,9 @@ TEST(NewerViews, RefuteWhatTheySeeThrough) {
   EXPECT_EQ(rest_after(static_view(kFurther), 10, Pose(), false), 1) << "no such views";
 }
 
-TEST(NewerViews, DoNotShowWhatIsHiddenFromThem) { EXPECT_EQ(rest_after(static_view(kNearer), 10), 1); }
+TEST(NewerViews, DoNotShowWhatIsHiddenFromThem) {
+  EXPECT_EQ(rest_after(static_view(kNearer), 10), 1);
+}
 
 TEST(NewerViews, DoNotShowAsWellWhatIsMuchFurtherAway) {
   const Pose behind = at_z(-1), far_behind = at_z(-1.5);  // 1.4 and 1.6 times the distance

@@ -291,14 +291,16 @@ std::vector<Finding> run_findings(const RunDetails& run) {
   const SlamResult& result = run.result;
   if (result.carried_parts) findings.push_back(*result.carried_parts);
   append(result.motion_sensors, findings);
-  if (result.maps > 1) {
+  // A run that only localizes does not need the other maps of the file.
+  const std::size_t maps = result.keyframes.empty() ? result.maps_with_poses : result.maps;
+  if (maps > 1) {
     findings.push_back(make_finding(
         "unconnected-maps",
         fmt::format("there are {} maps that are not connected, so the poses of one say nothing "
                     "about those of another",
-                    result.maps),
+                    maps),
         "record the places in one run, or return to the first",
-        {{"maps", static_cast<double>(result.maps)}}));
+        {{"maps", static_cast<double>(maps)}}));
   }
   add_empty_cloud(run, findings);
   add_wrong_focal_length(run, findings);

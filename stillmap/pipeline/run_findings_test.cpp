@@ -156,6 +156,9 @@ TEST(RunFindings, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {
   record = good_run();
   record.result.maps = 2;
   EXPECT_THAT(texts(record), ElementsAre(HasSubstr("2 maps that are not connected")));
+  record.result.keyframes.clear();
+  record.result.maps_with_poses = 1;
+  EXPECT_THAT(texts(record), IsEmpty()) << "localized in one of a saved map's";
   record = good_run();
   record.result.dense.cloud = {};
   EXPECT_THAT(texts(record), ElementsAre(HasSubstr("dense map is empty")));

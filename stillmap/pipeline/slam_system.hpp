@@ -50,10 +50,11 @@ struct SlamResult {
   std::vector<FrameRecord> frames;  ///< every frame pushed
   StageTimes timing;                ///< milliseconds per stage
   std::size_t landmarks = 0;        ///< number of landmarks in the final map
-  std::size_t maps = 0;          ///< number of unconnected maps; more than one if tracking was lost
-  std::vector<MapEvent> events;  ///< loops closed, maps joined and dropped, in this order
-  RefineTotals refined;          ///< statistics of local mapping
-  std::size_t segmented = 0;     ///< number of frames that the network saw
+  std::size_t maps = 0;  ///< number of unconnected maps; more than one if tracking was lost
+  std::size_t maps_with_poses = 0;      ///< number of those in which this run has poses
+  std::vector<MapEvent> events;         ///< loops closed, maps joined and dropped, in this order
+  RefineTotals refined;                 ///< statistics of local mapping
+  std::size_t segmented = 0;            ///< number of frames that the network saw
   std::optional<DetectorUse> detector;  ///< The detector and its schedule; none without one.
   std::size_t detector_failures = 0;    ///< Number of frames without a usable mask.
   std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
