@@ -34,9 +34,9 @@ PixelPoints points_of(const PosedView& posed) {
   return result;
 }
 
-void erase_pixel(DenseView& view, cv::Point pixel) {
+/// The color stays: maps are compared by the images of their views.
+void erase_surface(DenseView& view, cv::Point pixel) {
   view.depth(pixel) = 0;
-  view.color(pixel) = {};
   view.kind(pixel) = kNoSurface;
 }
 
@@ -72,7 +72,7 @@ RestOfView NewerViews::rest_of(const PosedView& earlier) const {
   RestOfView rest{copy_of(*earlier.view)};
   earlier.view->drop_pages();
   for (std::size_t i = 0; i < votes.size(); ++i) {
-    if (votes[i].through >= kRefuting) erase_pixel(rest.view, at.pixels[i]);
+    if (votes[i].through >= kRefuting) erase_surface(rest.view, at.pixels[i]);
     rest.surfaces += votes[i].shown < kEnough && shows_surface(rest.view, at.pixels[i]);
   }
   return rest;

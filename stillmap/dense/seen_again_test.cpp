@@ -27,6 +27,7 @@ double rest_after(const DenseView& newer, int times, const Pose& T_world_newer =
   NewerViews views;
   for (int i = 0; i < times; ++i) views.add({&newer, T_world_newer}, refutes);
   const RestOfView rest = views.rest_of({&earlier, Pose()});
+  EXPECT_EQ(cv::norm(rest.view.color, earlier.color), 0);
   EXPECT_LE(rest.surfaces, static_cast<std::size_t>(cv::countNonZero(rest.view.kind)));
   return static_cast<double>(rest.surfaces) / cv::countNonZero(earlier.kind);
 }

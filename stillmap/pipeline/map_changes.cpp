@@ -2,7 +2,6 @@
 #include "stillmap/pipeline/map_changes.hpp"
 
 #include "stillmap/base/error.hpp"
-#include "stillmap/base/fnv1a.hpp"
 #include "stillmap/dense/dense_map.hpp"
 #include "stillmap/dense/projected_points.hpp"
 #include "stillmap/geometry/depth_visibility.hpp"
@@ -62,22 +61,11 @@ struct Cluster {
   Eigen::Vector3d color;    // mean R G B
 };
 
-std::uint64_t hash_of(const DenseView& view) {
-  std::uint64_t hash = fnv1a("");
-  for (int row = 0; row < view.depth.rows; ++row) {
-    const auto* depth = reinterpret_cast<const char*>(view.depth.ptr(row));
-    const auto* color = reinterpret_cast<const char*>(view.color.ptr(row));
-    hash = fnv1a({depth, view.depth.cols * view.depth.elemSize()}, hash);
-    hash = fnv1a({color, view.color.cols * view.color.elemSize()}, hash);
-  }
-  view.drop_pages();
-  return hash;
-}
-
-std::set<std::uint64_t> hashes_of(const NamedMap& map) {
-  std::set<std::uint64_t> hashes;
-  for (const AnchoredView& view : map.saved.views) hashes.insert(hash_of(view.view));
-  return hashes;
+/// Returns the images of the views of a map.
+std::set<std::uint64_t> images_of(const SavedMap& map) {
+  std::set<std::uint64_t> images;
+  for (const AnchoredView& view : map.views) images.insert(image_hash(view.view));
+  return images;
 }
 
 /// Fuses the views of a visit, given by their positions in the merged map.
@@ -326,7 +314,10 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   require_views(before.saved, before.name);
   require_views(after.saved, after.name);
   MapChanges found{{}, described(before), described(after), {}};
-  const std::set<std::uint64_t> of_before = hashes_of(before);
+  const std::set<std::uint64_t> of_before = images_of(before.saved);
+  std::erase_if(after.saved.views, [&](const AnchoredView& view) {
+    return of_before.contains(image_hash(view.view));
+  });
   std::vector<NamedMap> maps;
   maps.push_back(std::move(before));
   maps.push_back(std::move(after));
@@ -338,7 +329,7 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   found.world = merged.names.front();
   ViewPoses poses_before, poses_after;
   for (const auto& [id, pose] : view_poses(merged.saved)) {
-    const bool is_before = of_before.contains(hash_of(merged.saved.views[id].view));
+    const bool is_before = of_before.contains(image_hash(merged.saved.views[id].view));
     (is_before ? poses_before : poses_after)[id] = pose;
   }
   Visited first = visited(merged.saved, poses_before, options.dense);

@@ -6,6 +6,7 @@
 
 #include <map>
 #include <set>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,26 +39,56 @@ std::string piece_at(const ChangedSurface& surface, const std::string& world, co
   return {};
 }
 
-TEST(MapChanges, TheObjectsThatChangedAreFoundAndNoOthers) {
-  Boxes first, second;
-  for (const Rearrangement& piece : visits::visit("xyz").sequence->scene().rearranged) {
-    first[piece.name] = piece.first;
-    second[piece.name] = piece.second;
-  }
-  const MapChanges found = changes("xyz", "rearranged");
-  std::set<std::string> went, appeared;
+/// The furniture that went and that appeared.
+using Pieces = std::pair<std::set<std::string>, std::set<std::string>>;
+
+/// @param first, second  the boxes before and after
+/// @param world  visit whose world is that of the changes
+Pieces changed_pieces(const MapChanges& found, const std::string& world, const Boxes& first,
+                      const Boxes& second) {
+  Pieces pieces;
   for (const auto& [before, after] : found.changes) {
-    if (before) went.insert(piece_at(*before, found.world, first));
-    if (after) appeared.insert(piece_at(*after, found.world, second));
+    if (before) pieces.first.insert(piece_at(*before, world, first));
+    if (after) pieces.second.insert(piece_at(*after, world, second));
   }
+  return pieces;
+}
+
+Boxes boxes_of(Eigen::AlignedBox3f Rearrangement::*time) {
+  Boxes boxes;
+  for (const Rearrangement& piece : visits::visit("xyz").sequence->scene().rearranged)
+    boxes[piece.name] = piece.*time;
+  return boxes;
+}
+
+const std::set<std::string> kGone{"bin", "printer"}, kNew{"parcel"};
+
+TEST(MapChanges, TheObjectsThatChangedAreFoundAndNoOthers) {
+  const Boxes first = boxes_of(&Rearrangement::first), second = boxes_of(&Rearrangement::second);
+  const MapChanges found = changes("xyz", "rearranged");
   // Of the shelf and the cabinet, four and five meters away, this path shows edges only.
-  EXPECT_EQ(went, (std::set<std::string>{"bin", "printer"})) << changes_text(found);
-  EXPECT_EQ(appeared, (std::set<std::string>{"parcel"})) << changes_text(found);
+  EXPECT_EQ(changed_pieces(found, found.world, first, second), Pieces(kGone, kNew))
+      << changes_text(found);
   EXPECT_EQ(changes_json(found)["changes"].size(), found.changes.size());
   std::size_t points = 0;
   for (const auto& [before, after] : found.changes)
     points += (before ? before->points.size() : 0) + (after ? after->points.size() : 0);
   EXPECT_EQ(changes_cloud(found).size(), points);
+}
+
+TEST(MapChanges, OfAMapThatExtendsTheOtherAreThoseOfItsOwnVisit) {
+  const auto extended = [](const SavedMap& map, const char* visit) {
+    return visits::run(visits::visit(visit), StartingMap{map, true}).map;
+  };
+  const SavedMap first = map_of("xyz").saved, second = extended(first, "rearranged");
+  const SavedMap third = extended(second, "slower");
+  const MapChanges there =
+      find_changes({"1", first}, {"2", second}, recorded::small_options("static"));
+  const MapChanges back =
+      find_changes({"2", second}, {"3", third}, recorded::small_options("static"));
+  const Boxes at_first = boxes_of(&Rearrangement::first), then = boxes_of(&Rearrangement::second);
+  EXPECT_EQ(changed_pieces(there, "xyz", at_first, then), Pieces(kGone, kNew));
+  EXPECT_EQ(changed_pieces(back, "xyz", then, at_first), Pieces(kNew, kGone));
 }
 
 TEST(MapChanges, AnotherPathIsNoChange) {

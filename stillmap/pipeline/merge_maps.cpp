@@ -5,10 +5,12 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/pipeline/map_maker.hpp"
 #include "stillmap/pipeline/relative_place.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -143,15 +145,30 @@ void set_connected(const Map& map, const Collection& maps, std::vector<MapPair>&
   }
 }
 
-/// Returns the views, attached to keyframes numbered as in Map::content(). Views of the erased
-/// `repeated` keyframes are left out.
-std::vector<AnchoredView> remaining(std::vector<AnchoredView> views, const Map& map,
-                                    const std::vector<RepeatedKeyframe>& repeated) {
+std::size_t surfaces_of(const DenseView& view) {
+  return view.kind.total() - static_cast<std::size_t>(std::ranges::count(view.kind, kNoSurface));
+}
+
+/// Keeps one view of each image: that with fewest surfaces, as a later visit removed the others.
+std::vector<AnchoredView> without_repeated(std::vector<AnchoredView> views) {
+  std::map<std::uint64_t, std::size_t> of_image;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto [best, added] = of_image.emplace(image_hash(views[i].view), i);
+    if (!added && surfaces_of(views[i].view) < surfaces_of(views[best->second].view))
+      best->second = i;
+  }
+  std::set<std::size_t> kept;
+  for (const auto& [image, i] : of_image) kept.insert(i);
+  std::vector<AnchoredView> left;
+  for (const std::size_t i : kept) left.push_back(std::move(views[i]));
+  return left;
+}
+
+/// Returns the views, attached to keyframes numbered as in Map::content().
+std::vector<AnchoredView> attached(std::vector<AnchoredView> views, const Map& map) {
   const auto position = positions_in_content(map);
   std::vector<AnchoredView> left;
   for (AnchoredView& view : views) {
-    if (std::ranges::find(repeated, view.anchor, &RepeatedKeyframe::erased) != repeated.end())
-      continue;
     const RelativePlace place = current_place(map, {view.anchor, view.T_anchor_camera}).value();
     view.anchor = {position.at(place.keyframe), 0};
     view.T_anchor_camera = place.T_keyframe_camera;
@@ -188,12 +205,12 @@ MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
   merged.pairs = all_pairs(merged.names.size());
   describe(maker.merge_all(), collection, merged.pairs);
   set_connected(maker.map(), collection, merged.pairs);
-  const std::vector<RepeatedKeyframe> repeated = maker.erase_repeated_keyframes();
-  merged.repeated = repeated.size();
+  merged.repeated = maker.erase_repeated_keyframes().size();
   merged.redundant = maker.erase_redundant_keyframes();
   maker.adjust_all();
   merged.saved.writer = writer;
-  merged.saved.views = remaining(collection.take_views(), maker.map(), repeated);
+  merged.saved.views = attached(collection.take_views(), maker.map());
+  if (merged.repeated > 0) merged.saved.views = without_repeated(std::move(merged.saved.views));
   number_visits(merged.saved.views);
   merged.saved.map = maker.map().content();
   return merged;

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/pipeline/map_description.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/visits_test.hpp"
 
 #include <algorithm>
@@ -107,7 +108,13 @@ TEST(MergeMaps, MergedMapsAreMergedAgainAndCommonKeyframesKeptOnce) {
     EXPECT_TRUE(frames.emplace(k.timestamp, k.features->descriptors[0]).second)
         << "the keyframe of " << k.timestamp << " s is there twice";
   }
-  EXPECT_LT(map.saved.views.size(), first.views.size() + second.views.size());
+  std::set<std::uint64_t> images;
+  for (const AnchoredView& view : map.saved.views) images.insert(image_hash(view.view));
+  EXPECT_EQ(images.size(), map.saved.views.size()) << "every view is there once";
+  std::set<std::uint64_t> given;
+  for (const SavedMap* each : {&first, &second})
+    for (const AnchoredView& view : each->views) given.insert(image_hash(view.view));
+  EXPECT_EQ(images, given);
 }
 
 TEST(MergeMaps, ACameraOfAnotherFocalLengthJoinsToo) {

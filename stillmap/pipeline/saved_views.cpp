@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/saved_views.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/fnv1a.hpp"
 
 #include <algorithm>
 
@@ -11,6 +12,16 @@ void require_views(const SavedMap& saved, const std::string& where) {
   if (!saved.views.empty()) return;
   throw Error("contains no dense map: it was saved with --slim-map", where,
               "save the map without --slim-map");
+}
+
+std::uint64_t image_hash(const DenseView& view) {
+  std::uint64_t hash = fnv1a("");
+  for (int row = 0; row < view.color.rows; ++row) {
+    const auto* color = reinterpret_cast<const char*>(view.color.ptr(row));
+    hash = fnv1a({color, view.color.cols * view.color.elemSize()}, hash);
+  }
+  view.drop_pages();
+  return hash;
 }
 
 ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component) {

@@ -16,6 +16,10 @@ using ViewPoses = std::map<std::uint64_t, Pose>;
 /// @param where  name of the map, for messages
 void require_views(const SavedMap& saved, const std::string& where);
 
+/// Returns a hash of the image of a view, by which it is recognized in several maps. Later visits
+/// may have removed surfaces from one of them.
+std::uint64_t image_hash(const DenseView& view);
+
 /// Returns the poses of the component with most views, the first of equals. The views of the other
 /// components have other worlds, so they cannot be fused with these.
 ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component);
