@@ -3,6 +3,7 @@
 
   python3 -m lab judge walls RUN SEQUENCE      thickness of walls that the camera observed on two visits
   python3 -m lab judge objects RUN SEQUENCE    labels and objects compared with the true objects of the room
+  python3 -m lab judge appeared RUN SEQUENCE   furniture that is new or elsewhere at the second visit of the room
 
 RUN is a folder written by `stillmap run --out`, SEQUENCE one by `stillmap simulate`. Needs numpy (build/venv has it).
 """
@@ -10,7 +11,7 @@ import csv
 from collections import Counter
 from pathlib import Path
 
-from lab import core
+from lab import changes, core
 
 try:
     import numpy as np
@@ -192,9 +193,23 @@ def judge_objects(run, sequence):
                                             for name, count in Counter(c for c, *_ in truth).items()))
 
 
+def judge_appeared(run, sequence, distance=0.05, every=10):
+    R, t = to_truth(run, sequence)
+    cloud = Points(positions(read_ply(run / "cloud.ply")[0]) @ R.T + t, distance)
+    surface = positions(read_ply(sequence / "surface.ply")[0])
+    for name, (_, box) in sorted(changes.pieces_of(sequence).items()):
+        if box is None:
+            continue
+        points = surface[inside(surface, (name, *map(np.array, box)), 0.01)][::every]
+        if len(points):
+            share = np.mean([len(cloud.near(point, distance)) > 0 for point in points])
+            print(f"{name}: {100 * share:.1f} % of {len(points)} visible points within {100 * distance:.0f} cm of the cloud")
+
+
 # The files of a run and of a sequence that each subject reads.
 NEEDED = {"walls": (["trajectory.txt", "cloud.ply"], ["groundtruth.txt", "camera.yaml", "surface.ply"]),
-          "objects": (["trajectory.txt", "semantic.ply", "objects.json"], ["groundtruth.txt", "things.csv"])}
+          "objects": (["trajectory.txt", "semantic.ply", "objects.json"], ["groundtruth.txt", "things.csv"]),
+          "appeared": (["trajectory.txt", "cloud.ply"], ["groundtruth.txt", "surface.ply", "rearranged.csv"])}
 
 
 def require_files(subject, run, sequence):
@@ -208,7 +223,7 @@ def require_files(subject, run, sequence):
 
 
 def add_arguments(parser):
-    parser.add_argument("subject", choices=["walls", "objects"])
+    parser.add_argument("subject", choices=list(NEEDED))
     parser.add_argument("run", type=Path)
     parser.add_argument("sequence", type=Path)
 
@@ -218,7 +233,8 @@ def main(arguments):
     if np is None:
         raise core.Failed("numpy is missing: run build/venv/bin/python -m lab judge ...")
     try:
-        {"walls": judge_walls, "objects": judge_objects}[arguments.subject](arguments.run, arguments.sequence)
+        judges = {"walls": judge_walls, "objects": judge_objects, "appeared": judge_appeared}
+        judges[arguments.subject](arguments.run, arguments.sequence)
     except (ValueError, KeyError, IndexError) as problem:
         raise core.Failed(f"a file in {arguments.run} or {arguments.sequence} is damaged: {problem!r}") from problem
     return 0

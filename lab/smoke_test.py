@@ -4,6 +4,7 @@
 
   lab/smoke_test.py STILLMAP STILLMAP_LAB     the two built programs
 """
+import importlib.util
 import json
 import re
 import subprocess
@@ -172,7 +173,10 @@ class Smoke(unittest.TestCase):
         self.assertEqual((out / "visits.md").read_text(encoding="utf-8") + "\n", printed)
         first, second = json.loads((out / "visits.json").read_text(encoding="utf-8"))
         self.assertEqual((first["components"], second["components"]), (1, 1), "the second visit extends the map of the first")
-        self.assertGreater(second["views"], first["views"])
+        self.assertGreater(second["keyframes"], first["keyframes"])
+        if importlib.util.find_spec("numpy"):
+            printed = self.module("judge", "appeared", out / "run_of_visit_0_1", out / "visit_0_1")
+            self.assertRegex(printed, r"\w+: \d+\.\d % of \d+ visible points")
 
     def test_merging(self):
         out = self.folder / "merging"
