@@ -190,6 +190,16 @@ std::string csv_of(const std::vector<Row>& rows) {
   return text;
 }
 
+/// Throws Error if the results would be in a recording.
+void require_outside(const std::vector<Job>& jobs, const fs::path& out) {
+  for (const Job& job : jobs) {
+    const fs::path recording = absolute_path(job.recording);
+    if (std::ranges::mismatch(recording, out).in1 == recording.end())
+      throw Error("is in the recording " + job.recording, out.string(),
+                  "name another folder with --out");
+  }
+}
+
 // ---- what is done already
 
 /// Continues a hash with the content of a file, or the names and contents below a folder.
@@ -231,10 +241,10 @@ class Batch {
 
   /// Throws Error if the results would replace what no batch wrote.
   void require_own_table(bool force) const {
-    require_replaceable(
-        out_ / kTable,
-        [](const fs::path& file) { return read_file(file).starts_with(csv_of({kColumns})); },
-        force);
+    const fs::path table = out_ / kTable;
+    if (force || !is_file(table) || read_file(table).starts_with(csv_of({kColumns}))) return;
+    throw Error("is not a table of a batch, or was changed", table.string(),
+                "move it to another folder, or add --force");
   }
 
   /// Throws Error if a batch put the results of another recording where those of a job would be.
@@ -257,8 +267,9 @@ class Batch {
       std::vector<std::string> words{program().string(), "run",   job.recording,
                                      "--quiet",          "--out", results_of(job).string()};
       words.insert(words.end(), options_.begin(), options_.end());
-      // Of a job that began before, also one whose computer is gone, the folder is the batch's.
-      if (is_file(file_of(job, ".json"))) words.emplace_back("--force");
+      // A job that was killed leaves a journal, which is this batch's.
+      if (is_file(file_of(job, ".json")) && is_file(results_of(job) / kRunJournal))
+        words.emplace_back("--force");
       write_end(job, end);
       end.code = run_program(words, file_of(job, ".log"));
       if (end.code <= kSignal || end.code == kInterrupted || interrupted()) break;
@@ -432,14 +443,20 @@ int write_table(const Batch& batch, const std::vector<Job>& jobs, const std::vec
 /// Merges the maps of the jobs that have one.
 int merge_maps_of(const Batch& batch, const std::vector<Job>& jobs, const std::string& file) {
   std::vector<std::string> words{program().string(), "map", "merge"};
+  std::map<std::uint64_t, std::string> known;  // names of the maps by their content
   for (const Job& job : jobs) {
-    if (const fs::path map = batch.results_of(job) / "run.map"; is_file(map))
+    const fs::path map = batch.results_of(job) / kRunMap;
+    if (!is_file(map)) continue;
+    const auto [same, added] = known.emplace(with_content(map, fnv1a("")), job.name);
+    if (added)
       words.push_back(map.string());
+    else
+      print_out("{} is not merged: its map is that of {}\n", job.name, same->second);
   }
   constexpr std::size_t kCommand = 3;
   if (words.size() < kCommand + 2) {
-    print_error("stillmap: {}: not written, since {} of the recordings has a map\n", file,
-                words.size() == kCommand ? "none" : "only one");
+    print_error("stillmap: {}: not written, since there {}\n", file,
+                words.size() == kCommand ? "is no map" : "is one map only");
     return kFailure;
   }
   words.insert(words.end(), {"--out", fs::absolute(file).string(), "--force"});
@@ -458,6 +475,13 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
+/// Returns a path as sbatch reads it, which replaces patterns such as %j.
+std::string without_patterns(const std::string& path) {
+  std::string text;
+  for (const char c : path) text += c == '%' ? std::string("%%") : std::string(1, c);
+  return text;
+}
+
 /// Writes the scripts of the job array, of the job that follows it, and of their submission, and
 /// runs the latter. https://slurm.schedmd.com/sbatch.html
 int submit(const BatchArguments& arguments, const Batch& batch, const std::vector<Job>& jobs,
@@ -469,8 +493,9 @@ int submit(const BatchArguments& arguments, const Batch& batch, const std::vecto
   const std::string folder = (batch.out() / "jobs").string();
   const auto script = [&](const std::string& name, const std::string& last) {
     return fmt::format(
-        "#!/bin/sh\n#SBATCH --job-name={} --requeue\n#SBATCH --output={}/{}\ncd {}\nexec {} {}\n",
-        name, folder, name == "stillmap" ? "slurm_%a.txt" : "slurm_results.txt",
+        "#!/bin/sh\n#SBATCH --job-name={} --requeue\n#SBATCH --output=\"{}/{}\"\ncd {}\nexec {} "
+        "{}\n",
+        name, without_patterns(folder), name == "stillmap" ? "slurm_%a.txt" : "slurm_results.txt",
         quoted(fs::current_path().string()), command, last);
   };
   const std::string merge =
@@ -517,7 +542,11 @@ int run_batch(const BatchArguments& arguments, const CLI::App& command) {
   for (const std::string& file : {arguments.model, arguments.load_map, arguments.zones}) {
     if (!file.empty() && !fs::exists(file)) throw Error("does not exist", file, "check its name");
   }
+  if (arguments.localize_only && !arguments.merge.empty())
+    throw Error("runs that only localize have no maps of their own", "--merge",
+                "leave out --merge or --localize-only");
   if (!arguments.merge.empty()) require_replaceable(arguments.merge, is_saved_map, arguments.force);
+  require_outside(jobs, absolute_path(arguments.out));
   const Batch batch(arguments, options);
   batch.require_own_table(arguments.force);
   for (const Job& job : jobs) batch.require_own(job);

@@ -166,8 +166,26 @@ class Batch(unittest.TestCase):
         self.assertIn('href="50%20%25%20%231/report.html"', (self.out / "results.html").read_text())
 
     def test_one_map_is_not_merged(self):
-        self.assertIn("only one of the recordings has a map", self.batch("recordings/visit_0", "--merge", "one.map", code=1))
+        self.assertIn("there is one map only", self.batch("recordings/visit_0", "--merge", "one.map", code=1))
+        same = shutil.copytree(self.folder / "recordings" / "visit_0", self.folder / "same")
+        output = self.batch("recordings/visit_0", same, "--merge", "one.map", code=1)
+        self.assertIn("same is not merged: its map is that of visit_0", output)
         self.assertFalse((self.folder / "one.map").exists())
+        loaded = self.out / "visit_0" / "run.map"
+        self.batch("recordings/*", "--load-map", loaded, "--localize-only", "--merge", "one.map", out=self.out / "other", code=1)
+
+    def test_a_file_of_others_among_the_results_is_kept(self):
+        self.batch("recordings/visit_0")
+        (self.out / "visit_0" / "mesh.ply").write_text("mine")
+        self.batch("recordings/visit_0", "--mesh=ply", code=1)
+        self.assertIn("mesh.ply", (self.out / "jobs" / "visit_0.log").read_text())
+        self.assertEqual((self.out / "visit_0" / "mesh.ply").read_text(), "mine")
+
+    def test_results_are_not_put_into_a_recording(self):
+        recording = self.folder / "recordings" / "visit_0"
+        for out in (recording, recording / "results"):
+            self.assertIn("is in the recording", self.batch(recording, out=out, code=1))
+            self.assertFalse((out / "jobs").exists())
 
     def test_a_killed_batch_leaves_no_program(self):
         long = self.folder / "long"

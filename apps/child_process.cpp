@@ -23,7 +23,7 @@ constexpr std::chrono::milliseconds kPause(20);  // between two looks at a progr
 constexpr int kNotStarted = 127;  // the exit code, as of a shell
 
 /// Starts a program, in a process group of its own, so that a terminal does not interrupt it, too.
-/// It is asked to end when the calling thread ends, such as when this process is killed.
+/// It is killed when the calling thread ends, such as when this process is killed.
 pid_t start(const std::vector<std::string>& words, const std::filesystem::path& log) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -36,7 +36,7 @@ pid_t start(const std::vector<std::string>& words, const std::filesystem::path& 
   if (process > 0) return process;
   // Other threads are gone, so only calls that are safe in signal handlers are allowed.
   ::setpgid(0, 0);
-  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   const int in = ::open("/dev/null", O_RDONLY);
   const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   const bool ready = ::getppid() == parent && ::dup2(in, STDIN_FILENO) >= 0 &&

@@ -173,7 +173,7 @@ class Smoke(unittest.TestCase):
         self.assertEqual((out / "visits.md").read_text(encoding="utf-8") + "\n", printed)
         first, second = json.loads((out / "visits.json").read_text(encoding="utf-8"))
         self.assertEqual((first["components"], second["components"]), (1, 1), "the second visit extends the map of the first")
-        self.assertGreater(second["keyframes"], first["keyframes"])
+        self.assertGreater(second["views"], first["views"])
         if importlib.util.find_spec("numpy"):
             printed = self.module("judge", "appeared", out / "run_of_visit_0_1", out / "visit_0_1")
             self.assertRegex(printed, r"\w+: \d+\.\d % of \d+ visible points")

@@ -318,6 +318,10 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   std::erase_if(after.saved.views, [&](const AnchoredView& view) {
     return of_before.contains(image_hash(view.view));
   });
+  if (after.saved.views.empty()) {
+    throw Error("shows nothing that " + before.name + " does not, which extends it", after.name,
+                "name the earlier map first");
+  }
   std::vector<NamedMap> maps;
   maps.push_back(std::move(before));
   maps.push_back(std::move(after));

@@ -89,6 +89,10 @@ TEST(MapChanges, OfAMapThatExtendsTheOtherAreThoseOfItsOwnVisit) {
   const Boxes at_first = boxes_of(&Rearrangement::first), then = boxes_of(&Rearrangement::second);
   EXPECT_EQ(changed_pieces(there, "xyz", at_first, then), Pieces(kGone, kNew));
   EXPECT_EQ(changed_pieces(back, "xyz", then, at_first), Pieces(kNew, kGone));
+  EXPECT_THAT(test::error_of([&] {
+                find_changes({"2", second}, {"1", first}, recorded::small_options("static"));
+              }),
+              HasSubstr("name the earlier map first"));
 }
 
 TEST(MapChanges, AnotherPathIsNoChange) {

@@ -7,6 +7,7 @@
 #include "stillmap/pipeline/saved_views.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -74,7 +75,12 @@ MapDescription describe_map(const SavedMap& saved) {
   d.components = describe_components(map);
   d.tags = tag_centers(map);
   d.views = saved.views.size();
-  for (const AnchoredView& v : saved.views) d.view_pixels += v.view.depth.total();
+  std::set<std::uint16_t> visits;
+  for (const AnchoredView& v : saved.views) {
+    d.view_pixels += v.view.depth.total();
+    visits.insert(v.view.visit);
+  }
+  d.visits = visits.size();
   return d;
 }
 
@@ -103,16 +109,17 @@ std::string description_text(const MapDescription& d) {
     text += fmt::format("tag         {} at {:.3f}, {:.3f}, {:.3f} m\n", name, center.x(),
                         center.y(), center.z());
   }
-  text += fmt::format("dense       {} with {}\n", counted(d.views, "view"),
-                      counted(d.view_pixels, "pixel"));
+  text += fmt::format("dense       {} of {} with {}\n", counted(d.views, "view"),
+                      counted(d.visits, "visit"), counted(d.view_pixels, "pixel"));
   return text;
 }
 
 nlohmann::json description_json(const MapDescription& d) {
-  nlohmann::json json = {
-      {"version", d.version},           {"writer", d.writer},       {"sessions", d.sessions},
-      {"keyframes", d.keyframes},       {"keypoints", d.keypoints}, {"landmarks", d.landmarks},
-      {"observations", d.observations}, {"views", d.views},         {"view_pixels", d.view_pixels}};
+  nlohmann::json json = {{"version", d.version},           {"writer", d.writer},
+                         {"sessions", d.sessions},         {"keyframes", d.keyframes},
+                         {"keypoints", d.keypoints},       {"landmarks", d.landmarks},
+                         {"observations", d.observations}, {"views", d.views},
+                         {"view_pixels", d.view_pixels},   {"visits", d.visits}};
   json["camera"] = {{"name", d.camera.name},     {"width", d.camera.width},
                     {"height", d.camera.height}, {"fx", d.camera.fx},
                     {"fy", d.camera.fy},         {"cx", d.camera.cx},

@@ -30,6 +30,7 @@ struct MapDescription {
   std::vector<ComponentDescription> components;
   TagCenters tags;                         ///< Those in the world frame of the map.
   std::size_t views = 0, view_pixels = 0;  ///< Number of views of the dense map and their pixels.
+  std::size_t visits = 0;                  ///< Number of visits that made these views.
 };
 
 /// Returns the summary of a saved map.

@@ -527,6 +527,7 @@ TEST(MapDescription, CountsTheContent) {
   EXPECT_EQ(d.landmarks, first_visit().result.landmarks);
   ASSERT_EQ(d.components.size(), 1U);
   EXPECT_EQ(d.components[0].keyframes, d.keyframes);
+  EXPECT_EQ(d.visits, 1U);
   EXPECT_GT(d.components[0].extent.sizes().maxCoeff(), 1);
   EXPECT_LT(d.components[0].extent.sizes().maxCoeff(), 20);
   const auto graph = map_graph(first_visit().map);
