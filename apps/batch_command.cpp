@@ -259,8 +259,8 @@ class Batch {
   JobEnd run(const Job& job) const {
     JobEnd end{
         fmt::format("{:016x}", with_content(job.recording, fnv1a(job.recording, of_options_)))};
-    if (const JobEnd before = read_end(job);
-        before.key == end.key && has_results(before.code) && before.files == files_of(job))
+    if (const JobEnd before = read_end(job); before.key == end.key && has_results(before.code) &&
+                                             std::ranges::includes(files_of(job), before.files))
       return before;
     const Stopwatch watch;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {

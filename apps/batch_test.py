@@ -79,6 +79,7 @@ class Batch(unittest.TestCase):
     def test_only_what_changed_is_mapped_again(self):
         self.batch("recordings/*")
         first = self.times()
+        (self.out / "visit_0" / "notes.txt").write_text("mine")
         self.batch("recordings/*")
         self.assertEqual(self.times(), first)
         changed = self.folder / "recordings" / "visit_1" / "groundtruth.txt"
