@@ -318,10 +318,7 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   std::erase_if(after.saved.views, [&](const AnchoredView& view) {
     return of_before.contains(image_hash(view.view));
   });
-  if (after.saved.views.empty()) {
-    throw Error("shows nothing that " + before.name + " does not, which extends it", after.name,
-                "name the earlier map first");
-  }
+  const bool is_part = after.saved.views.empty();
   std::vector<NamedMap> maps;
   maps.push_back(std::move(before));
   maps.push_back(std::move(after));
@@ -329,6 +326,10 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   if (!merged.pairs.front().connected) {
     throw Error("shows no place of " + merged.names[0] + ": " + merged.pairs.front().reason,
                 merged.names[1], "name maps of the same place");
+  }
+  if (is_part) {
+    throw Error("shows nothing that " + found.before.name + " does not, which extends it",
+                found.after.name, "name the earlier map first");
   }
   found.world = merged.names.front();
   ViewPoses poses_before, poses_after;
