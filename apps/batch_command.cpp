@@ -147,6 +147,16 @@ std::vector<Job> jobs_of(const BatchArguments& arguments) {
   return jobs;
 }
 
+/// Throws Error if the results would be in a recording.
+void require_outside(const std::vector<Job>& jobs, const fs::path& out) {
+  for (const Job& job : jobs) {
+    const fs::path recording = absolute_path(job.recording);
+    if (std::ranges::mismatch(recording, out).in1 == recording.end())
+      throw Error("is in the recording " + job.recording, out.string(),
+                  "name another folder with --out");
+  }
+}
+
 /// Returns the options of `stillmap run` in a parsed command line, as words.
 std::vector<std::string> run_words(const CLI::App& command) {
   const std::array<std::string, 9> own{"list",  "merge", "jobs", "slurm", "dry-run",
@@ -166,38 +176,6 @@ std::vector<std::string> run_words(const CLI::App& command) {
     }
   }
   return words;
-}
-
-// ---- the table
-
-/// A row of the table; texts are empty where there is nothing to tell.
-using Row = std::array<std::string, 8>;
-const Row kColumns{"recording", "status",   "frames",   "with a pose",
-                   "ATE [m]",   "time [s]", "findings", "name"};
-
-std::string csv_of(const std::vector<Row>& rows) {
-  std::string text;
-  for (const Row& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const bool quoted = row[i].find_first_of(",\"\n") != std::string::npos;
-      std::string value = row[i];
-      for (std::size_t at = 0; quoted && (at = value.find('"', at)) != std::string::npos; at += 2)
-        value.insert(at, 1, '"');
-      text += (i > 0 ? "," : "") + (quoted ? '"' + value + '"' : value);
-    }
-    text += '\n';
-  }
-  return text;
-}
-
-/// Throws Error if the results would be in a recording.
-void require_outside(const std::vector<Job>& jobs, const fs::path& out) {
-  for (const Job& job : jobs) {
-    const fs::path recording = absolute_path(job.recording);
-    if (std::ranges::mismatch(recording, out).in1 == recording.end())
-      throw Error("is in the recording " + job.recording, out.string(),
-                  "name another folder with --out");
-  }
 }
 
 // ---- what is done already
@@ -238,14 +216,6 @@ class Batch {
 
   const fs::path& out() const { return out_; }
   fs::path results_of(const Job& job) const { return out_ / job.name; }
-
-  /// Throws Error if the results would replace what no batch wrote.
-  void require_own_table(bool force) const {
-    const fs::path table = out_ / kTable;
-    if (force || !is_file(table) || read_file(table).starts_with(csv_of({kColumns}))) return;
-    throw Error("is not a table of a batch, or was changed", table.string(),
-                "move it to another folder, or add --force");
-  }
 
   /// Throws Error if a batch put the results of another recording where those of a job would be.
   void require_own(const Job& job) const {
@@ -348,7 +318,12 @@ std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, in
   return ends;
 }
 
-// ---- the results
+// ---- the table
+
+/// A row of the table; texts are empty where there is nothing to tell.
+using Row = std::array<std::string, 8>;
+const Row kColumns{"recording", "status",   "frames",   "with a pose",
+                   "ATE [m]",   "time [s]", "findings", "name"};
 
 std::string status_of(int code) {
   switch (code) {
@@ -379,6 +354,28 @@ Row row_of(const Batch& batch, const Job& job, const JobEnd& end) {
       row[6] += (row[6].empty() ? "" : " ") + finding.at("code").get<std::string>();
   }
   return row;
+}
+
+std::string csv_of(const std::vector<Row>& rows) {
+  std::string text;
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const bool quoted = row[i].find_first_of(",\"\n") != std::string::npos;
+      std::string value = row[i];
+      for (std::size_t at = 0; quoted && (at = value.find('"', at)) != std::string::npos; at += 2)
+        value.insert(at, 1, '"');
+      text += (i > 0 ? "," : "") + (quoted ? '"' + value + '"' : value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+/// Throws Error if the table would replace what no batch wrote.
+void require_own_table(const fs::path& table, bool force) {
+  if (force || !is_file(table) || read_file(table).starts_with(csv_of({kColumns}))) return;
+  throw Error("is not a table of a batch, or was changed", table.string(),
+              "move it to another folder, or add --force");
 }
 
 /// Returns a relative address. https://www.rfc-editor.org/rfc/rfc3986#section-2
@@ -548,7 +545,7 @@ int run_batch(const BatchArguments& arguments, const CLI::App& command) {
   if (!arguments.merge.empty()) require_replaceable(arguments.merge, is_saved_map, arguments.force);
   require_outside(jobs, absolute_path(arguments.out));
   const Batch batch(arguments, options);
-  batch.require_own_table(arguments.force);
+  require_own_table(batch.out() / kTable, arguments.force);
   for (const Job& job : jobs) batch.require_own(job);
   if (arguments.use_slurm) return submit(arguments, batch, jobs, options);
   if (arguments.dry_run) return show(batch, jobs);
