@@ -85,7 +85,7 @@ int matched_landmarks(const PoseEstimate& estimate) {
 }
 
 TEST(LocalMapTracking, PointsOfThePreviousFrameSupportFewLandmarks) {
-  const LocalMap few = thinned(20);
+  const LocalMap few = thinned(25);
   const PoseEstimate first = from_previous_frame();
   ASSERT_EQ(matched_landmarks(first), 0);
   const PoseEstimate without_points{first.T_world_camera, {}};
