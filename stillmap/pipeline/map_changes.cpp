@@ -10,11 +10,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <compare>
 #include <cstdint>
 #include <limits>
 #include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
@@ -229,16 +229,12 @@ double difference(const Cluster& a, const Cluster& b) {
 
 /// Joins what went and what appeared to changes, the most similar pairs first.
 std::vector<MapChange> joined(std::vector<Cluster> gone, std::vector<Cluster> appeared) {
-  struct Pair {
-    double difference;
-    std::size_t gone, appeared;
-    auto operator<=>(const Pair&) const = default;
-  };
+  using Pair = std::tuple<double, std::size_t, std::size_t>;  // difference, gone, appeared
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < gone.size(); ++i) {
     for (std::size_t k = 0; k < appeared.size(); ++k) {
       const double d = difference(gone[i], appeared[k]);
-      if (d <= 1) pairs.push_back({d, i, k});
+      if (d <= 1) pairs.emplace_back(d, i, k);
     }
   }
   std::ranges::sort(pairs);
