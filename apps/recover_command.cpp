@@ -8,6 +8,7 @@
 #include "stillmap/pipeline/run_findings.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/report/live_changes.hpp"
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/obstacle_files.hpp"
 #include "stillmap/report/run_folder.hpp"
@@ -111,7 +112,8 @@ int run(const RecoverArguments& arguments) {
   RunOutputs outputs;
   outputs.dense = arguments.outputs;
   write_run_files(record, outputs, folder);
-  for (const char* live : {kLiveTrajectory, kLiveObstacles}) {  // stay: they have the last poses
+  for (const char* live :
+       {kLiveTrajectory, kLiveObstacles, kLiveChanges}) {  // stay: they have the last poses
     if (folder.path() == journal.parent_path() && fs::exists(folder.path() / live))
       folder.write(live, [](const fs::path&) {});
   }

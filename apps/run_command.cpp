@@ -236,8 +236,8 @@ void add_run_command(CLI::App& app, int& exit_code) {
       files_help("during the run (the journal is removed at its end)", RunPart::kLive) +
       files_help("unless movers.enabled is false", RunPart::kMovers) +
       files_help("unless dense.enabled is false", RunPart::kDense) + dense_files_help() +
-      files_help("--zones", RunPart::kWarnings) + files_help("--save-labels", RunPart::kLabels) +
-      files_help("--profile", RunPart::kProfile) +
+      files_help("--load-map", RunPart::kChanges) + files_help("--zones", RunPart::kWarnings) +
+      files_help("--save-labels", RunPart::kLabels) + files_help("--profile", RunPart::kProfile) +
       "docs/dense_map.md explains them; `stillmap dense` makes the dense map again from run.map "
       "and options.yaml.");
   command->callback([arguments, &exit_code] {

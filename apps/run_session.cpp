@@ -158,6 +158,7 @@ void require_free_outputs(const Session& session) {
   };
   add(RunPart::kLive);
   if (session.rules) add(RunPart::kWarnings);
+  if (session.loaded) add(RunPart::kChanges);
   const ResultFolder folder(session.out, session.foreign);
   folder.require_free(names);
   if (session.foreign == ResultFolder::Foreign::kOverwrite ||

@@ -2,9 +2,11 @@
 #include "run_sinks.hpp"
 
 #include "stillmap/base/machine.hpp"
+#include "stillmap/base/print.hpp"
 #include "stillmap/pipeline/run_journal.hpp"
 #include "stillmap/report/figure_recorder.hpp"
 #include "stillmap/report/gallery.hpp"
+#include "stillmap/report/live_changes.hpp"
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/obstacle_files.hpp"
 #include "stillmap/view/live_view.hpp"
@@ -63,6 +65,13 @@ std::unique_ptr<WarningRecorder> warning_recorder(const Session& session, Result
   return recorder;
 }
 
+std::unique_ptr<LiveChanges> live_changes(const Session& session, SlamSystem& slam,
+                                          ResultFolder& folder) {
+  std::function<void(const std::string&)> show;
+  if (!session.quiet) show = [](const std::string& line) { print_out("{}\n", line); };
+  return std::make_unique<LiveChanges>(slam, session.parameters, folder, std::move(show));
+}
+
 }  // namespace
 
 RunSinks sinks_of(const Session& session, SlamSystem& slam, ResultFolder& folder,
@@ -77,6 +86,8 @@ RunSinks sinks_of(const Session& session, SlamSystem& slam, ResultFolder& folder
   sinks.push_back(std::make_unique<FigureRecorder>(outputs.figures,
                                                    session.options.dense.excluded_classes, folder));
   if (session.rules) sinks.push_back(warning_recorder(session, folder, server, has_network));
+  if (session.loaded && session.loaded->extended && session.options.dense.enabled)
+    sinks.push_back(live_changes(session, slam, folder));
   if (server != nullptr) {
     sinks.push_back(std::make_unique<LiveView>(slam, *server, session.sequence, slam.camera(),
                                                session.total_frames, ground_hints(session)));

@@ -154,6 +154,13 @@ struct MovingObjectTrack {
   std::vector<MovingObject> samples;
 };
 
+/// An object that appeared, went or moved since the saved map was made; world frame.
+struct ObjectChange {
+  std::string class_name = "unknown";         ///< Most frequent class of its detections.
+  std::optional<Eigen::AlignedBox3d> before;  ///< Extent in the saved map [m]; none: it appeared.
+  std::optional<Eigen::AlignedBox3d> after;   ///< Present extent [m]; none: it went.
+};
+
 /// The state of the system at one time. It is immutable, so any thread may read it.
 ///
 /// Poses, keyframes and landmarks are those of the map that the camera is in; maps from before a
@@ -217,8 +224,8 @@ struct StartMap {
 using Subscription = std::shared_ptr<const void>;
 
 /// The SLAM system. It runs several threads internally; the object itself is used by one thread,
-/// which pushes the frames. Only snapshot(), movers() and save_map() may be called by any thread at
-/// any time.
+/// which pushes the frames. Only snapshot(), movers(), changes() and save_map() may be called by
+/// any thread at any time.
 class Slam {
  public:
   /// @param camera   intrinsics of the images, such as read_camera(file) of
@@ -310,6 +317,12 @@ class Slam {
 
   /// Returns the moving objects of a snapshot, without the time that the rest of it takes.
   std::vector<MovingObject> movers() const;
+
+  /// Returns what changed since the saved map (StartMap, load_map()) was made, as far as the frames
+  /// of Mode::kMap show it, the largest object first. May be called by any thread before finish();
+  /// it computes for about a second, while the tracker continues. Throws Error after finish(), when
+  /// what went is no longer in the map.
+  std::vector<ObjectChange> changes() const;
 
   // Subscriptions to events, which end when the returned handle is destroyed. The callbacks run on
   // the thread that pushes, within push() and finish(), and block the tracker while they run.

@@ -47,8 +47,10 @@ py::object covariances_of(const std::vector<UncertainPose>& poses) {
   return array_of(std::move(values), {static_cast<py::ssize_t>(poses.size()), 6, 6});
 }
 
-py::object box_of(const MovingObject& mover) {
-  const Eigen::Vector3d &a = mover.box.min(), &b = mover.box.max();
+/// Returns the lower and the upper corner of a box; None without one.
+py::object corners_of(const std::optional<Eigen::AlignedBox3d>& box) {
+  if (!box) return py::none();
+  const Eigen::Vector3d &a = box->min(), &b = box->max();
   return array_of({a.x(), a.y(), a.z(), b.x(), b.y(), b.z()}, {2, 3});
 }
 
@@ -141,7 +143,9 @@ void bind_movers(py::module_& module) {
       .def_property_readonly(
           "velocity", [](const MovingObject& m) { return vector_of(m.velocity); },
           "Velocity, 3 float64 [m/s].")
-      .def_property_readonly("box", &box_of, "Lower and upper corner, 2x3 float64 [m].")
+      .def_property_readonly(
+          "box", [](const MovingObject& m) { return corners_of(m.box); },
+          "Lower and upper corner, 2x3 float64 [m].")
       .def("__repr__", [](const MovingObject& m) {
         return "stillmap.Mover(" + std::to_string(m.id) + ", '" + m.class_name + "')";
       });
@@ -163,6 +167,15 @@ void bind_movers(py::module_& module) {
           "position", [](const WarningEvent& w) { return vector_of(w.position); },
           "Of the moving object, in the world frame, 3 float64 [m].")
       .def("__str__", [](const WarningEvent& w) { return warning_text(w); });
+  py::class_<ObjectChange>(module, "ObjectChange",
+                           "An object that appeared, went or moved since the saved map was made.")
+      .def_readonly("class_name", &ObjectChange::class_name, "\"unknown\" without a known class.")
+      .def_property_readonly(
+          "before", [](const ObjectChange& c) { return corners_of(c.before); },
+          "Lower and upper corner in the saved map, 2x3 float64 [m]; None: it appeared.")
+      .def_property_readonly(
+          "after", [](const ObjectChange& c) { return corners_of(c.after); },
+          "Present lower and upper corner, 2x3 float64 [m]; None: it went.");
   py::class_<MovingObjectTrack>(module, "MoverTrack", "A moving object over the whole run.")
       .def_readonly("id", &MovingObjectTrack::id)
       .def_readonly("class_name", &MovingObjectTrack::class_name)

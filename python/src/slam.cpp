@@ -149,6 +149,7 @@ class PythonSlam {
     return results_ ? results_->findings : slam_.findings();
   }
   std::vector<MovingObject> movers() const { return slam_.movers(); }
+  std::vector<ObjectChange> changes() const { return slam_.changes(); }
   void save_map(const std::filesystem::path& file) const { slam_.save_map(file); }
 
  private:
@@ -402,6 +403,10 @@ void bind_slam(py::module_& module) {
       .def_property_readonly("warnings", py::cpp_function(&PythonSlam::warnings, WithoutGil()),
                              "Warnings (WarningEvent) that are present in the newest frame; none "
                              "without watch().")
+      .def("changes", &PythonSlam::changes, WithoutGil(),
+           "What changed since the saved map was made (ObjectChange), as far as the frames that "
+           "extend it show it, the largest object first. Computes for about a second; before "
+           "finish() only.")
       .def_property_readonly("findings", py::cpp_function(&PythonSlam::findings, WithoutGil()),
                              "Findings of the results; before finish() what the frames pushed so "
                              "far show to be wrong, such as a wrong depth factor.")

@@ -200,6 +200,32 @@ def test_a_map_is_loaded_while_it_runs(frames, camera, tmp_path):
         stillmap.Slam(camera).load_map("/nowhere.map")
 
 
+def test_what_changed_since_the_loaded_map_was_made(command, tmp_path):
+    saved = tmp_path / "office.map"
+
+    def pushed(visit, **start):
+        command("simulate", "--people", 0, "--frames", 90, "--width", 320, "--height", 240, "--visit", visit, "--out",
+                tmp_path / f"visit{visit}")
+        source = stillmap.source(tmp_path / f"visit{visit}")
+        slam = stillmap.Slam(source.camera, movers={"enabled": False}, **start)
+        for frame in source:
+            slam.push(frame)
+        return slam
+    first = pushed(1)
+    assert first.changes() == [], "there is one visit"
+    first.save_map(saved)
+    second = pushed(2, load_map=saved)
+    changes = second.changes()
+    went, appeared = [c.before for c in changes if c.after is None], [c.after for c in changes if c.before is None]
+    assert len(went) == len(appeared) == 2 and len(changes) == 4, "bin, printer; parcel, cabinet"
+    for box in went + appeared:
+        assert box.shape == (2, 3) and (0 < box[1] - box[0]).all() and (box[1] - box[0] < 0.6).all()
+    assert {c.class_name for c in changes} == {"unknown"}
+    second.finish()
+    with pytest.raises(stillmap.Error, match="has ended"):
+        second.changes()
+
+
 def test_warnings_of_rules(frames, camera, tmp_path):
     rules = tmp_path / "rules.yaml"
     rules.write_text("zones: [{name: all, polygon: [[-9, 1, -9], [9, 1, -9], [9, 1, 9], [-9, 1, 9]], height: [-9, 9]}]")

@@ -118,7 +118,7 @@ class Robot:
                                  (OccupancyGrid, "map", latched()), (PointCloud2, "cloud", latched()),
                                  (PointCloud2, "cloud_added", 10), (PointCloud2, "cloud_removed", 10),
                                  (MoverArray, "tracks", 10), (ZoneWarningArray, "warnings", 10),
-                                 (MarkerArray, "movers", 10), (PathMessage, "path", 1),
+                                 (MarkerArray, "movers", 10), (MarkerArray, "changed_objects", latched()), (PathMessage, "path", 1),
                                  (DiagnosticArray, "/diagnostics", 10)):
             self.node.create_subscription(kind, topic, self._keeper(topic), qos)
 

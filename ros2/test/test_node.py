@@ -377,6 +377,20 @@ def test_a_map_is_loaded_while_another_is_made(processes, robot, recording, base
     assert frames[0] == frames[1]
 
 
+def test_objects_that_changed_since_the_loaded_map_are_shown(processes, robot, tmp_path):
+    visits, map_file = [tmp_path / "1", tmp_path / "2"], tmp_path / "office.map"
+    for number, visit in enumerate(visits, 1):
+        command("simulate", "--people", 0, "--frames", FRAMES, "--width", 320, "--height", 240, "--visit", number, "--out", visit)
+    stop(play(processes, robot, visits[0], map_file=map_file))
+    robot.forget()
+    node = processes.node(map_file=map_file, schedule="lockstep")
+    processes.camera(visits[1], "--rate", 0)
+    assert robot.spin_until(lambda: robot.count("changed_objects"), 60), node.log.read_text()
+    _, *boxes = robot.got["changed_objects"][-1].markers
+    assert sorted(box.ns for box in boxes) == ["appeared", "appeared", "went", "went"], "parcel, cabinet; bin, printer"
+    assert all(0.03 < side < 0.6 for box in boxes for side in (box.scale.x, box.scale.y, box.scale.z))
+
+
 def BASE(truth, a, b):
     """The motion of the camera between two frames; that of the base differs by less than the tolerance."""
     return inverse(matrix_of_pose(*truth[a][1:])) @ matrix_of_pose(*truth[b][1:])

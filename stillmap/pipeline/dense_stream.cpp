@@ -294,7 +294,7 @@ std::vector<AnchoredView> DenseStream::saved_views(const Map& map) const {
     if (!place) continue;
     views.push_back({{position.at(place->keyframe), 0}, place->T_keyframe_camera, *view});
   }
-  number_visits(views);
+  number_present_visit(views);
   return views;
 }
 

@@ -257,11 +257,6 @@ std::size_t points_of(const MapChange& change) {
          (change.after ? change.after->points.size() : 0);
 }
 
-const char* kind_of(const MapChange& change) {
-  if (!change.before) return "appeared";
-  return change.after ? "moved" : "went";
-}
-
 ComparedMap described(const NamedMap& map) {
   const auto [first, last] =
       std::ranges::minmax_element(map.saved.map.keyframes, {}, &Keyframe::timestamp);
@@ -292,16 +287,50 @@ nlohmann::json map_json(const ComparedMap& map) {
   return {{"name", map.name}, {"begin", map.begin}, {"end", map.end}, {"compared", map.compared}};
 }
 
-std::string class_of(const MapChange& change) {
-  for (const auto& surface : {change.before, change.after})
-    if (surface && !surface->class_name.empty()) return surface->class_name;
-  return "unknown";
-}
-
 std::string surface_text(const ChangedSurface& surface) {
   const Eigen::Vector3d at = surface.box.center(), size = surface.box.sizes();
   return fmt::format("at ({:.2f}, {:.2f}, {:.2f}), {:.2f} x {:.2f} x {:.2f} m", at.x(), at.y(),
                      at.z(), size.x(), size.y(), size.z());
+}
+
+/// What two visits show, and the objects of either that the other one does not contain.
+struct Comparison {
+  Visited before, after;
+  std::vector<Votes> on_before, on_after;  // on each point of the visit, by the other one
+  std::vector<MapChange> changes;
+};
+
+/// Compares views of a map, given by their positions in its list.
+Comparison compared(const SavedMap& saved, const ViewPoses& before, const ViewPoses& after,
+                    const DenseOptions& options) {
+  Comparison both{visited(saved, before, options), visited(saved, after, options), {}, {}, {}};
+  both.on_before = votes_on(both.before.cloud.points, both.after.views);
+  both.on_after = votes_on(both.after.cloud.points, both.before.views);
+  both.changes = joined(absent_objects(both.before, both.on_before),
+                        absent_objects(both.after, both.on_after));
+  std::ranges::stable_sort(both.changes, std::greater(), points_of);
+  return both;
+}
+
+/// Leaves in the later map the views of those visits that the earlier one does not contain.
+void erase_common_visits(const SavedMap& before, const std::string& name, NamedMap& after) {
+  const std::set<std::uint64_t> of_before = images_of(before);
+  const auto is_common = [&](const AnchoredView& view) {
+    return of_before.contains(image_hash(view.view));
+  };
+  std::vector<AnchoredView>& views = after.saved.views;
+  if (std::ranges::none_of(views, is_common)) return;
+  std::erase_if(views, [first = end_of_visits(before.views)](const AnchoredView& view) {
+    return view.view.visit < first;
+  });
+  if (views.empty()) {
+    throw Error("has no visit that " + name + " does not have", after.name,
+                "name maps of two visits, that of the earlier visits first");
+  }
+  if (std::ranges::any_of(views, is_common)) {
+    throw Error("was made of a recording that " + name + " was made of, too", after.name,
+                "compare maps of two visits");
+  }
 }
 
 }  // namespace
@@ -310,11 +339,8 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   require_views(before.saved, before.name);
   require_views(after.saved, after.name);
   MapChanges found{{}, described(before), described(after), {}};
+  erase_common_visits(before.saved, before.name, after);
   const std::set<std::uint64_t> of_before = images_of(before.saved);
-  std::erase_if(after.saved.views, [&](const AnchoredView& view) {
-    return of_before.contains(image_hash(view.view));
-  });
-  const bool is_part = after.saved.views.empty();
   std::vector<NamedMap> maps;
   maps.push_back(std::move(before));
   maps.push_back(std::move(after));
@@ -323,36 +349,57 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
     throw Error("shows no place of " + merged.names[0] + ": " + merged.pairs.front().reason,
                 merged.names[1], "name maps of the same place");
   }
-  if (is_part) {
-    throw Error("shows nothing that " + found.before.name + " does not, which extends it",
-                found.after.name, "name the earlier map first");
-  }
   found.world = merged.names.front();
   ViewPoses poses_before, poses_after;
   for (const auto& [id, pose] : view_poses(merged.saved)) {
     const bool is_before = of_before.contains(image_hash(merged.saved.views[id].view));
     (is_before ? poses_before : poses_after)[id] = pose;
   }
-  Visited first = visited(merged.saved, poses_before, options.dense);
-  Visited second = visited(merged.saved, poses_after, options.dense);
-  const std::vector<Votes> on_first = votes_on(first.cloud.points, second.views);
-  const std::vector<Votes> on_second = votes_on(second.cloud.points, first.views);
-  found.changes = joined(absent_objects(first, on_first), absent_objects(second, on_second));
-  std::ranges::stable_sort(found.changes, std::greater(), points_of);
-  complete(on_first, std::move(first), found.before);
-  complete(on_second, std::move(second), found.after);
+  Comparison both = compared(merged.saved, poses_before, poses_after, options.dense);
+  found.changes = std::move(both.changes);
+  complete(both.on_before, std::move(both.before), found.before);
+  complete(both.on_after, std::move(both.after), found.after);
   return found;
+}
+
+std::vector<MapChange> newest_changes(const SavedMap& saved, const DenseOptions& options) {
+  const int visits = end_of_visits(saved.views);
+  ViewPoses earlier, newest;
+  for (const auto& [id, pose] : view_poses(saved))
+    (saved.views[id].view.visit + 1 < visits ? earlier : newest)[id] = pose;
+  if (earlier.empty() || newest.empty()) return {};
+  return compared(saved, earlier, newest, options).changes;
+}
+
+const char* kind_of(const MapChange& change) {
+  if (!change.before) return "appeared";
+  return change.after ? "moved" : "went";
+}
+
+std::string class_of(const MapChange& change) {
+  for (const auto& surface : {change.before, change.after})
+    if (surface && !surface->class_name.empty()) return surface->class_name;
+  return "unknown";
+}
+
+std::string change_text(const MapChange& change) {
+  std::string text = fmt::format("{:<9}{:<14}", kind_of(change), class_of(change));
+  if (change.before) text += surface_text(*change.before);
+  if (change.before && change.after) text += ", now ";
+  if (change.after) text += surface_text(*change.after);
+  return text;
+}
+
+nlohmann::json change_json(const MapChange& change) {
+  nlohmann::json json{{"kind", kind_of(change)}, {"class", class_of(change)}};
+  if (change.before) json["before"] = surface_json(*change.before);
+  if (change.after) json["after"] = surface_json(*change.after);
+  return json;
 }
 
 std::string changes_text(const MapChanges& changes) {
   std::string text;
-  for (const MapChange& change : changes.changes) {
-    text += fmt::format("{:<9}{:<14}", kind_of(change), class_of(change));
-    if (change.before) text += surface_text(*change.before);
-    if (change.before && change.after) text += ", now ";
-    if (change.after) text += surface_text(*change.after);
-    text += "\n";
-  }
+  for (const MapChange& change : changes.changes) text += change_text(change) + "\n";
   return text +
          fmt::format(
              "{} changes; compared: {:.0f} % of the surface before, {:.0f} % of that after\n",
@@ -361,12 +408,7 @@ std::string changes_text(const MapChanges& changes) {
 
 nlohmann::json changes_json(const MapChanges& changes) {
   nlohmann::json list = nlohmann::json::array();
-  for (const MapChange& change : changes.changes) {
-    nlohmann::json one{{"kind", kind_of(change)}, {"class", class_of(change)}};
-    if (change.before) one["before"] = surface_json(*change.before);
-    if (change.after) one["after"] = surface_json(*change.after);
-    list.push_back(std::move(one));
-  }
+  for (const MapChange& change : changes.changes) list.push_back(change_json(change));
   return {{"changes", std::move(list)},
           {"world", changes.world},
           {"before", map_json(changes.before)},

@@ -51,11 +51,27 @@ struct MapChanges {
 /// through it, by more than the errors of depth cameras (8 % of the depth), and hardly any view
 /// shows it. Neighboring points of absent surfaces are an object;
 /// one that went and one that appeared with about the same extent and color are one that moved.
-/// Objects smaller than about 15 cm, and people, who are in no map, are not found. Views that both
-/// maps contain, as after a run that began in `before`, belong to `before`.
+/// Objects smaller than about 15 cm, and people, who are in no map, are not found. If `after`
+/// extends `before`, its visits beyond those of `before` are compared.
 ///
-/// Throws Error if the maps have no dense views or show no common place, and as merge_maps().
+/// Throws Error if the maps have no dense views, show no common place, or are of the same
+/// recordings, and as merge_maps().
 MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& options);
+
+/// Finds in the same way what changed from the earlier visits of a map to the newest one: during a
+/// run that extends a loaded map, of which SlamSystem::saved_map() has both. (At its end, what went
+/// is removed from the views of the earlier visits.) None if the map has one visit, or the newest
+/// one shows no place of the others.
+std::vector<MapChange> newest_changes(const SavedMap& saved, const DenseOptions& options);
+
+/// Returns "appeared", "went" or "moved".
+const char* kind_of(const MapChange& change);
+/// Returns the class of the object; "unknown" if none was detected.
+std::string class_of(const MapChange& change);
+/// Returns a change as a line of text, without a line end.
+std::string change_text(const MapChange& change);
+/// Returns a change as JSON, without its points.
+nlohmann::json change_json(const MapChange& change);
 
 /// Returns the changes as text, one line each.
 std::string changes_text(const MapChanges& changes);

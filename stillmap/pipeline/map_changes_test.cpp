@@ -92,7 +92,34 @@ TEST(MapChanges, OfAMapThatExtendsTheOtherAreThoseOfItsOwnVisit) {
   EXPECT_THAT(test::error_of([&] {
                 find_changes({"2", second}, {"1", first}, recorded::small_options("static"));
               }),
-              HasSubstr("name the earlier map first"));
+              HasSubstr("name maps of two visits, that of the earlier visits first"));
+}
+
+TEST(MapChanges, OfTheSameRecordingAreAnError) {
+  const auto error = [](const char* name, SavedMap after) {
+    return test::error_of([&] {
+      find_changes(map_of(name), {"after", std::move(after)}, recorded::small_options("static"));
+    });
+  };
+  const SavedMap first = map_of("xyz").saved;
+  EXPECT_THAT(error("xyz", first), HasSubstr("has no visit that xyz does not have"));
+  SavedMap again = visits::run(visits::visit("xyz"), StartingMap{first, true}).map;
+  again.views.push_back(first.views.front());
+  again.views.back().view.visit = 1;
+  EXPECT_THAT(error("xyz", again), HasSubstr("made of a recording that xyz was made of"));
+}
+
+TEST(MapChanges, OfTheNewestVisitAreFoundInAMapOfBoth) {
+  const SavedMap first = map_of("xyz").saved;
+  SlamSystem slam(visits::visit("rearranged").camera(), recorded::small_options("static"), nullptr,
+                  StartingMap{first, true});
+  for (const auto& frame : visits::visit("rearranged").frames) slam.push(frame);
+  slam.wait_for_map();
+  const MapChanges found{newest_changes(slam.saved_map("test"), {}), {}, {}, {}};
+  EXPECT_EQ(changed_pieces(found, "xyz", boxes_of(&Rearrangement::first),
+                           boxes_of(&Rearrangement::second)),
+            Pieces(kGone, kNew));
+  EXPECT_TRUE(newest_changes(first, {}).empty());
 }
 
 TEST(MapChanges, AnotherPathIsNoChange) {

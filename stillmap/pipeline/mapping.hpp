@@ -64,6 +64,8 @@ class Mapping {
     newest_ = relocalization.local_map;
   }
 
+  /// Waits until all frames pushed are in the map.
+  void wait() { stage_->drain(); }
   /// Waits for all pending work. Afterwards the map may be read, and nothing may be pushed.
   /// Returns the view after the last frame.
   MapView drain();

@@ -52,13 +52,6 @@ std::vector<NamedMap> in_order(std::vector<NamedMap> maps) {
   return maps;
 }
 
-/// Returns one more than the largest number of a visit.
-int end_of_visits(const std::vector<AnchoredView>& views) {
-  int end = 0;
-  for (const AnchoredView& view : views) end = std::max(end, view.view.visit + 1);
-  return end;
-}
-
 /// Maps side by side in one, as unconnected components.
 class Collection {
  public:
@@ -68,7 +61,7 @@ class Collection {
   void add(SavedMap saved, const std::string& name) {
     const std::vector<KeyframeId> keyframes = map_.add(
         map_for(std::move(saved.map), map_.camera(), map_.pyramid(), name), MapAge::kYounger);
-    const int earlier_visits = end_of_visits(views_);
+    const std::uint16_t earlier_visits = end_of_visits(views_);
     for (AnchoredView& view : saved.views) {
       view.view.visit = static_cast<std::uint16_t>(view.view.visit + earlier_visits);
       view.anchor = keyframes[view.anchor.slot];
@@ -211,7 +204,6 @@ MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
   merged.saved.writer = writer;
   merged.saved.views = attached(collection.take_views(), maker.map());
   if (merged.repeated > 0) merged.saved.views = without_repeated(std::move(merged.saved.views));
-  number_visits(merged.saved.views);
   merged.saved.map = maker.map().content();
   return merged;
 }

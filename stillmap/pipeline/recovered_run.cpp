@@ -160,7 +160,7 @@ class Recovery {
       if (id < DenseStream::view_of(0)) view.view.visit = 0;  // of a loaded map
       in_order.push_back(std::move(view));
     }
-    number_visits(in_order);
+    number_present_visit(in_order);
     return in_order;
   }
 

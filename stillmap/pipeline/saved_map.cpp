@@ -15,7 +15,6 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
-#include <set>
 #include <span>
 #include <sstream>
 
@@ -166,13 +165,19 @@ SavedMap read_map(std::istream& in, const std::string& where, const MemoryLimit&
 
 }  // namespace
 
-void number_visits(std::vector<AnchoredView>& views) {
-  std::set<std::uint16_t> visits;
-  for (const AnchoredView& view : views) visits.insert(view.view.visit);
-  for (AnchoredView& view : views) {
-    const auto earlier = std::distance(visits.begin(), visits.find(view.view.visit));
-    view.view.visit = static_cast<std::uint16_t>(earlier);
+std::uint16_t end_of_visits(const std::vector<AnchoredView>& views) {
+  std::uint16_t end = 0;
+  for (const AnchoredView& view : views) {
+    if (view.view.visit == DenseView::kPresentVisit) continue;
+    end = std::max(end, static_cast<std::uint16_t>(view.view.visit + 1));
   }
+  return end;
+}
+
+void number_present_visit(std::vector<AnchoredView>& views) {
+  const std::uint16_t present = end_of_visits(views);
+  for (AnchoredView& view : views)
+    if (view.view.visit == DenseView::kPresentVisit) view.view.visit = present;
 }
 
 void put_view(ByteWriter& out, const DenseView& view) {

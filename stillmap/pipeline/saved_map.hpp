@@ -21,8 +21,10 @@ struct AnchoredView {
   DenseView view;
 };
 
-/// Numbers the visits of the views from 0 on, in their order.
-void number_visits(std::vector<AnchoredView>& views);
+/// Returns one more than the largest number of a visit before the present one; 0 without a view.
+std::uint16_t end_of_visits(const std::vector<AnchoredView>& views);
+/// Gives the views of the present visit the number after the others.
+void number_present_visit(std::vector<AnchoredView>& views);
 
 /// Files in the folder of a run: its map, and while it runs its journal.
 constexpr const char* kRunMap = "run.map";

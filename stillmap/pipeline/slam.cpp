@@ -7,6 +7,7 @@
 #include "stillmap/base/statistics.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/pipeline/frame_watch.hpp"
+#include "stillmap/pipeline/map_changes.hpp"
 #include "stillmap/pipeline/run_details.hpp"
 #include "stillmap/pipeline/run_findings.hpp"
 #include "stillmap/pipeline/run_journal.hpp"
@@ -21,6 +22,7 @@
 #include "stillmap/sensor/sample_buffer.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -137,6 +139,7 @@ struct Slam::Impl {
   Impl(const Camera& camera, const Options& chosen, const SlamParameters& parameters,
        std::unique_ptr<Detector> detector, const std::optional<StartMap>& start)
       : options(chosen),
+        dense(parameters.dense),
         detector_description(detector ? detector->description() : ""),
         detector_gives_boxes_only(detector && !detector->gives_masks()),
         detected_classes(classes_of(detector.get())),
@@ -155,6 +158,7 @@ struct Slam::Impl {
 
   const Stopwatch watch;
   const Options options;
+  const DenseOptions dense;
   const std::string detector_description;
   const bool detector_gives_boxes_only;
   const std::optional<std::vector<std::string>> detected_classes;
@@ -174,7 +178,7 @@ struct Slam::Impl {
   std::optional<WatchedRules> watched;
   SlamSystem system;
   std::optional<RunJournal> journal;  // none: the results so far are not kept in a file
-  bool finished = false;
+  std::atomic<bool> finished = false;
 
   /// Throws Error if the run has ended.
   void require_running(const char* where) const {
@@ -360,6 +364,17 @@ std::shared_ptr<const Snapshot> Slam::snapshot() const { return impl_->system.sn
 
 std::vector<MovingObject> Slam::movers() const {
   return moving_objects(impl_->system.ask_movers().get());
+}
+
+std::vector<ObjectChange> Slam::changes() const {
+  impl_->require_running("Slam::changes");
+  std::vector<ObjectChange> changes;
+  for (const MapChange& found : newest_changes(impl_->system.saved_map(kWriter), impl_->dense)) {
+    ObjectChange& change = changes.emplace_back(ObjectChange{class_of(found), {}, {}});
+    if (found.before) change.before = found.before->box;
+    if (found.after) change.after = found.after->box;
+  }
+  return changes;
 }
 
 Subscription Slam::on_pose(std::function<void(const PoseUpdate&)> call) {

@@ -156,6 +156,11 @@ class SlamSystem {
 
   /// Waits until all pushed frames are in the views of the dense map.
   void wait_for_views() { dense_.wait(); }
+  /// Waits until all pushed frames are in the whole map.
+  void wait_for_map() {
+    mapping_.wait();
+    dense_.wait();
+  }
 
   // Call `read` on one of the threads between two of its tasks. May be called by any thread; the
   // future becomes ready when `read` has returned. Results do not depend on it.

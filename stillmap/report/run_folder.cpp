@@ -9,6 +9,7 @@
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate/timing.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/report/live_changes.hpp"
 #include "stillmap/report/live_trajectory.hpp"
 #include "stillmap/report/mover_files.hpp"
 #include "stillmap/report/mover_image.hpp"
@@ -102,6 +103,8 @@ std::vector<std::string> file_names(RunPart part) {
       names.emplace_back(kLiveObstacles);
       return names;
     }
+    case RunPart::kChanges:
+      return {kLiveChanges};
     case RunPart::kLabels:
       return {LabelRecording().file()};
     case RunPart::kWarnings:

@@ -30,6 +30,7 @@ enum class RunPart {
   kObjects,   ///< The static objects that a network found in the dense map.
   kMesh,      ///< The mesh (--mesh); one of mesh.ply, mesh.obj, mesh.glb per wanted format.
   kPlanner,   ///< The files for planners (--planner).
+  kChanges,   ///< What changed since the loaded map was made; not by write_results().
   kLabels,    ///< The motion labels (--save-labels).
   kWarnings,  ///< The warnings (--zones); not by write_results().
   kProfile,   ///< The profile of the computing time (--profile).

@@ -16,6 +16,7 @@ from stillmap_ros.transforms import quaternion_of
 
 COLORS = {"person": (1.0, 0.3, 0.1)}
 OTHER = (1.0, 0.7, 0.0)  # color of movers of other classes
+CHANGED = {"went": (0.8, 0.2, 0.2), "appeared": (0.2, 0.6, 0.2), "moved_from": (0.6, 0.4, 0.7), "moved_to": (0.1, 0.5, 0.7)}
 SECONDS_SHOWN = 1  # time for which a marker stays without a new one
 PREDICTED, STEP = 4, 0.5  # number and interval of the predicted positions of a mover [s]
 
@@ -104,14 +105,19 @@ def point_of(p):
     return Point(x=float(p[0]), y=float(p[1]), z=float(p[2]))
 
 
+def box_in_map(corners, T_map_world):
+    """Returns the lower and upper corner, along the axes of the map, of a box with these corners in the world [m]."""
+    points = np.array(np.meshgrid(*np.transpose(corners))).reshape(3, -1).T @ T_map_world[:3, :3].T + T_map_world[:3, 3]
+    return points.min(axis=0), points.max(axis=0)
+
+
 class MoverInMap:
     """Center, velocity, and lower and upper corner of the box of a mover along the axes of the map [m, m/s]."""
 
     def __init__(self, mover, T_map_world):
         R, t = T_map_world[:3, :3], T_map_world[:3, 3]
-        corners = np.array(np.meshgrid(*mover.box.T)).reshape(3, -1).T @ R.T + t
         self.center, self.velocity = R @ mover.centroid + t, R @ mover.velocity
-        self.low, self.high = corners.min(axis=0), corners.max(axis=0)
+        self.low, self.high = box_in_map(mover.box, T_map_world)
 
 
 def tracks_of(movers, T_map_world, nanoseconds, frame):
@@ -157,4 +163,25 @@ def movers_of(movers, T_map_world, nanoseconds, frame):
         text.scale.z, text.color.a = 0.2, 1.0
         text.text = f"{mover.class_name} {np.linalg.norm(here.velocity):.1f} m/s"
         markers += [box, arrow, text]
+    return MarkerArray(markers=markers)
+
+
+def changed_objects_of(changes, T_map_world, nanoseconds, frame):
+    """The box of each object that appeared, went or moved, in namespaces of these names, and its class. The markers before
+    are removed. Both boxes of one that moved have the same number."""
+    header = header_of(nanoseconds, frame)
+    markers = [Marker(header=header, action=Marker.DELETEALL)]
+    for number, change in enumerate(changes):
+        moved = change.before is not None and change.after is not None
+        for corners, kind in ((change.before, "moved_from" if moved else "went"),
+                              (change.after, "moved_to" if moved else "appeared")):
+            if corners is None:
+                continue
+            low, high = box_in_map(corners, T_map_world)
+            r, g, b = CHANGED[kind]
+            box = Marker(header=header, ns=kind, id=number, type=Marker.CUBE, action=Marker.ADD,
+                         color=ColorRGBA(r=r, g=g, b=b, a=0.5), text=change.class_name)
+            box.pose.position, box.pose.orientation.w = point_of((low + high) / 2), 1.0
+            box.scale.x, box.scale.y, box.scale.z = (high - low).tolist()
+            markers.append(box)
     return MarkerArray(markers=markers)

@@ -65,6 +65,7 @@ PARAMETERS = {
 }
 CHOICES = {"schedule": ("realtime", "lockstep"), "color_transport": ("raw", "compressed"),
            "depth_transport": ("raw", "compressed")}
+COMPARED = 10.0  # time between two comparisons with the loaded map [s]
 SILENCE = 1.0  # time without an image after which that is a problem [s]
 SHOWN = 2.0  # time for which a problem is shown [s]
 REPEATED = 5.0  # time between two lines of the log about the same problem, and without images after which that is an error [s]
@@ -227,7 +228,8 @@ class StillmapNode(Node):
         self._subscribe_transforms()
         self.images = ImageReceiver(self, self._topics(), self.lossless, self.settings["pairing"])
         self.threads = [threading.Thread(target=self._track_all, name="tracking"),
-                        threading.Thread(target=self._publish_maps, name="maps")]
+                        threading.Thread(target=self._publish_maps, name="maps"),
+                        threading.Thread(target=self._publish_changed_objects, name="changes")]
         # Not the clock of a simulation, which may stand still.
         self.create_timer(1.0, self._publish_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -326,6 +328,7 @@ class StillmapNode(Node):
         self.cloud = self.create_publisher(PointCloud2, "cloud", latched())
         self.cloud_added = self.create_publisher(PointCloud2, "cloud_added", 10)
         self.cloud_removed = self.create_publisher(PointCloud2, "cloud_removed", 10)
+        self.changed_objects = self.create_publisher(MarkerArray, "changed_objects", latched())
         self.grid = self.create_publisher(OccupancyGrid, "map", latched())
         self.path = self.create_publisher(PathMessage, "path", 1)
         self.diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -591,6 +594,18 @@ class StillmapNode(Node):
         if grid is not None:
             self.newest_grid = messages.grid_of(grid, stamp, frame)
             self.grid.publish(self.newest_grid)
+
+    def _publish_changed_objects(self):
+        while not self.stopping.wait(COMPARED):
+            mapper, newest = self.mapper, self.newest
+            if newest is None or mapper is None or not mapper.in_loaded or not self.changed_objects.get_subscription_count():
+                continue
+            try:
+                self.changed_objects.publish(messages.changed_objects_of(
+                    mapper.slam.changes(), mapper.T_map_world, newest.time, self.settings["map_frame"]))
+            except Exception as error:  # noqa: BLE001 - the thread goes on
+                if not self.stopping.is_set():
+                    self._tell(f"changed objects are not published: {error}")
 
     newest_grid = None
 

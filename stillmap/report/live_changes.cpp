@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stillmap/report/live_changes.hpp"
+
+#include "stillmap/base/json_text.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace stillmap {
+namespace {
+
+constexpr double kInterval = 10;  // time between two comparisons [s]
+
+bool intersect(const std::optional<ChangedSurface>& a, const std::optional<ChangedSurface>& b) {
+  return a && b && a->box.intersects(b->box);
+}
+
+/// Returns whether a change says no more than one that an earlier comparison found: that an object
+/// moved is more than that it went or appeared.
+bool is_known(const MapChange& change, const MapChange& earlier) {
+  const bool moved = change.before && change.after;
+  if (moved && !(earlier.before && earlier.after)) return false;
+  return intersect(change.before, earlier.before) || intersect(change.after, earlier.after);
+}
+
+}  // namespace
+
+LiveChanges::LiveChanges(SlamSystem& slam, const SlamParameters& options, ResultFolder& folder,
+                         std::function<void(const std::string&)> show)
+    : slam_(slam),
+      realtime_(options.schedule.realtime),
+      options_(options.dense),
+      lines_(folder, kLiveChanges, ""),
+      show_(std::move(show)) {}
+
+void LiveChanges::on_frame(SlamSystem& slam) {
+  const double now = slam.newest()->frame->timestamp();
+  if (!next_) next_ = now + kInterval;
+  if (now < *next_) return;
+  if (realtime_ && begun_ &&
+      begun_->changes.wait_for(std::chrono::seconds(0)) == std::future_status::timeout) {
+    return;
+  }
+  next_ = now + kInterval;
+  tell();
+  begin();
+}
+
+void LiveChanges::on_last_frame(RunRecord& /*record*/) {
+  tell();
+  if (!slam_.newest()) return;
+  begin();
+  tell();
+}
+
+/// Begins a comparison of the views so far.
+void LiveChanges::begin() {
+  if (!realtime_) slam_.wait_for_map();
+  const double now = slam_.newest()->frame->timestamp();
+  begun_ = {now, std::async(std::launch::async, [saved = slam_.saved_map(""), options = options_] {
+              return newest_changes(saved, options);
+            })};
+}
+
+/// Waits for the comparison that was begun last, and tells its new changes.
+void LiveChanges::tell() {
+  if (!begun_) return;
+  for (MapChange& change : begun_->changes.get()) {
+    if (std::ranges::any_of(told_, [&](const MapChange& t) { return is_known(change, t); }))
+      continue;
+    nlohmann::json line = change_json(change);
+    line["timestamp"] = begun_->timestamp;
+    lines_.add(json_text(line) + "\n");
+    if (show_) show_(fmt::format("{:.3f} s: {}", begun_->timestamp, change_text(change)));
+    told_.push_back(std::move(change));
+  }
+  begun_.reset();
+}
+
+}  // namespace stillmap
