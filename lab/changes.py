@@ -4,14 +4,16 @@
   python3 -m lab changes OUT [--seeds 1,2,3] [--people 0] [--width 320] [--frames 700]
 
 Renders visits of the office with `stillmap simulate --visit`: of each seed the first visit, the same with another path, and
-the second one, maps each, and compares the maps with `stillmap map changes`. A reported surface is right if its center lies
-within 20 cm of the box of a piece of furniture that truly is there at that visit only; a piece of which the camera saw five
-square decimeters is found if a right surface belongs to it. Between the two first visits nothing has changed.
+the second one, maps each, and compares the maps with `stillmap map changes`. "during its run": what a run that extends the
+map of the first visit tells (changes.jsonl). A reported surface is right if its center lies within 20 cm of the box of a
+piece of furniture that truly is there at that visit only; a piece of which the camera saw five square decimeters is found
+if a right surface belongs to it. Between the two first visits nothing has changed.
 
 Written to OUT: changes.md (printed at the end), changes.json, and a folder per recording, run and comparison.
 """
 import array
 import csv
+import json
 import math
 from pathlib import Path
 
@@ -80,14 +82,25 @@ def seen_pieces(recording, pieces, side):
     return {name for name, points in seen.items() if points >= SEEN}
 
 
+def surfaces_of(changes, moved):
+    """Returns the surfaces of changes: (side, kind, center in the truth's world)."""
+    return [(side, change["kind"], moved(change[key]["center"])) for change in changes
+            for side, key in enumerate(("before", "after")) if key in change]
+
+
 def found_between(arguments, before, after, name):
-    """Returns the surfaces that differ between two runs: (side, kind, center in the truth's world)."""
+    """Returns the surfaces that differ between two runs."""
     folder = arguments.out / name
     core.call([arguments.program, "map", "changes", before, after, "--out", folder, "--force"], arguments.out / f"{name}.log")
     found = core.read_json(folder / "changes.json")
-    moved = to_truth(Path(found["world"]))
-    return [(side, change["kind"], moved(change[key]["center"])) for change in found["changes"]
-            for side, key in enumerate(("before", "after")) if key in change]
+    return surfaces_of(found["changes"], to_truth(Path(found["world"])))
+
+
+def told_during_run(arguments, before, recording, name):
+    """Returns the surfaces that a run tells which extends the map of another run."""
+    run = arguments.out / name
+    core.ensure_run(name, [*core.run_command(arguments.program, recording, run), "--load-map", before], run)
+    return surfaces_of(map(json.loads, (run / "changes.jsonl").read_text().splitlines()), to_truth(before))
 
 
 def piece_at(pieces, side, center):
@@ -119,6 +132,10 @@ def main(arguments):
             surfaces = found_between(arguments, runs[before][1], runs[after][1], f"{before}-{after}-{seed}")
             recordings = runs[before][0], runs[after][0]
             lines.append({"seed": seed, "visits": f"{before}, {after}", **counts(surfaces, truth, recordings)})
+        for after, truth in (("second", pieces), ("again", {})):
+            surfaces = told_during_run(arguments, runs["first"][1], runs[after][0], f"live-{after}-{seed}")
+            recordings = runs["first"][0], runs[after][0]
+            lines.append({"seed": seed, "visits": f"first, {after} during its run", **counts(surfaces, truth, recordings)})
     text = core.markdown(list(lines[0]), [[", ".join(v) if isinstance(v, list) else v for v in line.values()] for line in lines])
     core.write_tables(arguments.out, text, {"comparisons": lines}, "changes")
     print(text)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The examples, each where its package is installed."""
 import importlib.util
+import os
 import socket
 import subprocess
 import sys
@@ -43,6 +44,18 @@ def test_live_viser(recording):
         any_free.bind(("", 0))
         port = any_free.getsockname()[1]
     assert "points" in run_example("viser", "live_viser.py", recording, port)
+
+
+def test_batch_ray(recording, command, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(Path(os.environ["STILLMAP_COMMAND"]).parent), prepend=os.pathsep)
+    other = tmp_path / "other"
+    command("simulate", "--people", 0, "--frames", 30, "--width", 320, "--height", 240, "--out", other)
+    text = run_example("ray", "batch_ray.py", tmp_path / "out", recording, other)
+    assert f"{recording.name}: " in text and "0 to come" in text
+    command("run", recording, "--out", tmp_path / "alone")
+    for name in ("trajectory.txt", "cloud.ply"):
+        assert (tmp_path / "out" / recording.name / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
+    assert (tmp_path / "out" / "all.map").stat().st_size > 10000
 
 
 def profile_of(rs, camera, kind, index, pixel_format, bytes_per_pixel):
