@@ -99,7 +99,7 @@ def found_between(arguments, before, after, name):
 def told_during_run(arguments, before, recording, name):
     """Returns the surfaces that a run tells which extends the map of another run."""
     run = arguments.out / name
-    core.ensure_run(name, [*core.run_command(arguments.program, recording, run), "--load-map", before], run)
+    core.ensure_run(name, [*core.run_command(arguments.program, recording, run), "--load-map", str(before)], run)
     return surfaces_of(map(json.loads, (run / "changes.jsonl").read_text().splitlines()), to_truth(before))
 
 

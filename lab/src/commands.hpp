@@ -14,6 +14,7 @@ void add_loop_cost_command(CLI::App& app);
 void add_loop_precision_command(CLI::App& app);
 void add_long_run_command(CLI::App& app);
 void add_masks_command(CLI::App& app);
+void add_merge_scale_command(CLI::App& app);
 void add_occlusion_command(CLI::App& app);
 void add_place_recall_command(CLI::App& app);
 void add_read_command(CLI::App& app);

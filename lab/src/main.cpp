@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   add_kidnap_command(app);
   add_masks_command(app);
+  add_merge_scale_command(app);
   add_occlusion_command(app);
   add_loop_cost_command(app);
   add_loop_precision_command(app);
