@@ -122,6 +122,7 @@ class CommandLine(unittest.TestCase):
             self.refused(stillmap(command, option, "x"), 2, f"{option}: expects a whole number, not 'x'",
                          f"see stillmap {command} --help")
         self.refused(stillmap("eval", "a", "b", "--frames", "-3"), 2, "expects a whole number that is not negative, not '-3'")
+        self.refused(stillmap("batch", "a", "--jobs", "0"), 2, "expects a whole number above zero, not '0'")
 
     def test_presets_are_wrapped_below_their_names(self):
         lines = self.on_terminal(60, "presets")

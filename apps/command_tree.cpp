@@ -197,7 +197,10 @@ std::optional<Error> wrong_number(const CLI::App& program, const std::string& pr
   const std::string type = option->get_type_name();
   const bool is_whole = type.starts_with("INT") || type.starts_with("UINT");
   std::string expected = is_whole ? "a whole number" : "a number";
-  if (!is_conversion || type.starts_with("UINT")) expected += " that is not negative";
+  if (type.find("POSITIVE") != std::string::npos)
+    expected += " above zero";
+  else if (!is_conversion || type.starts_with("UINT"))
+    expected += " that is not negative";
   return Error("expects " + expected + ", not '" + parts[2].str() + "'",
                path + ": " + parts[1].str(), "see " + path + " --help");
 }

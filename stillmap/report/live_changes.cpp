@@ -38,13 +38,10 @@ LiveChanges::LiveChanges(SlamSystem& slam, const SlamParameters& options, Result
       show_(std::move(show)) {}
 
 void LiveChanges::on_frame(SlamSystem& slam) {
+  if (realtime_ && is_ready()) tell();
   const double now = slam.newest()->frame->timestamp();
   if (!next_) next_ = now + kInterval;
-  if (now < *next_) return;
-  if (realtime_ && begun_ &&
-      begun_->changes.wait_for(std::chrono::seconds(0)) == std::future_status::timeout) {
-    return;
-  }
+  if (now < *next_ || (realtime_ && begun_)) return;
   next_ = now + kInterval;
   tell();
   begin();
@@ -57,13 +54,23 @@ void LiveChanges::on_last_frame(RunRecord& /*record*/) {
   tell();
 }
 
-/// Begins a comparison of the views so far.
+/// Begins a comparison of the views so far: in lockstep of those at this frame; in realtime of
+/// those at the time when the map's threads have answered, so that the camera does not wait for
+/// them.
 void LiveChanges::begin() {
-  if (!realtime_) slam_.wait_for_map();
-  const double now = slam_.newest()->frame->timestamp();
-  begun_ = {now, std::async(std::launch::async, [saved = slam_.saved_map(""), options = options_] {
-              return newest_changes(saved, options);
+  std::optional<SavedMap> at_frame;
+  if (!realtime_) {
+    slam_.wait_for_map();
+    at_frame = slam_.saved_map("");
+  }
+  begun_ = {slam_.newest()->frame->timestamp(),
+            std::async(std::launch::async, [this, saved = std::move(at_frame)] {
+              return newest_changes(saved ? *saved : slam_.saved_map(""), options_);
             })};
+}
+
+bool LiveChanges::is_ready() const {
+  return begun_ && begun_->changes.wait_for(std::chrono::seconds(0)) != std::future_status::timeout;
 }
 
 /// Waits for the comparison that was begun last, and tells its new changes.

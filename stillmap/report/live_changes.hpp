@@ -19,7 +19,8 @@ constexpr const char* kLiveChanges = "changes.jsonl";
 /// recording and at the end, the views so far are compared with those of the loaded map
 /// (newest_changes()) on a thread of its own. Each object found for the first time is a line of the
 /// file: a JSON object with "timestamp", that of the newest frame compared [s], and as in
-/// change_json(). In lockstep the lines are the same in every run.
+/// change_json(). In lockstep the lines are the same in every run, and are written with the next
+/// comparison; in realtime at once.
 class LiveChanges final : public RunSink {
  public:
   /// Starts the file. A problem is kept for ResultFolder::require_all().
@@ -36,6 +37,7 @@ class LiveChanges final : public RunSink {
     std::future<std::vector<MapChange>> changes;
   };
   void begin();
+  bool is_ready() const;
   void tell();
 
   SlamSystem& slam_;
