@@ -19,12 +19,16 @@ bool intersect(const std::optional<ChangedSurface>& a, const std::optional<Chang
   return a && b && a->box.intersects(b->box);
 }
 
-/// Returns whether a change says no more than one that an earlier comparison found: that an object
-/// moved is more than that it went or appeared.
-bool is_known(const MapChange& change, const MapChange& earlier) {
+/// Returns whether two changes of two comparisons are of the same object.
+bool is_same(const MapChange& a, const MapChange& b) {
+  return intersect(a.before, b.before) || intersect(a.after, b.after);
+}
+
+/// Returns whether a change says no more than an earlier one of the same object: that it moved is
+/// more than that it went or appeared.
+bool says_no_more(const MapChange& change, const MapChange& earlier) {
   const bool moved = change.before && change.after;
-  if (moved && !(earlier.before && earlier.after)) return false;
-  return intersect(change.before, earlier.before) || intersect(change.after, earlier.after);
+  return !moved || (earlier.before && earlier.after);
 }
 
 }  // namespace
@@ -51,7 +55,7 @@ void LiveChanges::on_last_frame(RunRecord& /*record*/) {
   tell();
   if (!slam_.newest()) return;
   begin();
-  tell();
+  tell(true);
 }
 
 /// Begins a comparison of the views so far: in lockstep of those at this frame; in realtime of
@@ -73,18 +77,26 @@ bool LiveChanges::is_ready() const {
   return begun_ && begun_->changes.wait_for(std::chrono::seconds(0)) != std::future_status::timeout;
 }
 
-/// Waits for the comparison that was begun last, and tells its new changes.
-void LiveChanges::tell() {
+/// Waits for the comparison that was begun last, and tells its changes as far as they are new and
+/// confirmed.
+/// @param is_last  that of the whole run, which confirms itself
+void LiveChanges::tell(bool is_last) {
   if (!begun_) return;
-  for (MapChange& change : begun_->changes.get()) {
-    if (std::ranges::any_of(told_, [&](const MapChange& t) { return is_known(change, t); }))
-      continue;
+  std::vector<MapChange> found = begun_->changes.get();
+  for (const MapChange& change : found) {
+    const auto is_told = [&](const MapChange& told) {
+      return is_same(change, told) && says_no_more(change, told);
+    };
+    const auto confirms = [&](const MapChange& before) { return is_same(change, before); };
+    if (std::ranges::any_of(told_, is_told)) continue;
+    if (!is_last && std::ranges::none_of(before_, confirms)) continue;
     nlohmann::json line = change_json(change);
     line["timestamp"] = begun_->timestamp;
     lines_.add(json_text(line) + "\n");
     if (show_) show_(fmt::format("{:.3f} s: {}", begun_->timestamp, change_text(change)));
-    told_.push_back(std::move(change));
+    told_.push_back(change);
   }
+  before_ = std::move(found);
   begun_.reset();
 }
 

@@ -17,10 +17,11 @@ constexpr const char* kLiveChanges = "changes.jsonl";
 
 /// What changed since the loaded map was made, for a run that extends it: every 10 seconds of the
 /// recording and at the end, the views so far are compared with those of the loaded map
-/// (newest_changes()) on a thread of its own. Each object found for the first time is a line of the
-/// file: a JSON object with "timestamp", that of the newest frame compared [s], and as in
-/// change_json(). In lockstep the lines are the same in every run, and are written with the next
-/// comparison; in realtime at once.
+/// (newest_changes()) on a thread of its own. Each object that two comparisons in a row find, so
+/// that somebody who stood still for a moment is none, or the last one, is a line of the file: a
+/// JSON object with "timestamp", that of the newest frame compared [s], and as in change_json(). In
+/// lockstep the lines are the same in every run, and are written with the next comparison; in
+/// realtime at once.
 class LiveChanges final : public RunSink {
  public:
   /// Starts the file. A problem is kept for ResultFolder::require_all().
@@ -38,7 +39,7 @@ class LiveChanges final : public RunSink {
   };
   void begin();
   bool is_ready() const;
-  void tell();
+  void tell(bool is_last = false);
 
   SlamSystem& slam_;
   const bool realtime_;
@@ -47,6 +48,7 @@ class LiveChanges final : public RunSink {
   std::function<void(const std::string&)> show_;
   std::optional<double> next_;       // time of the next comparison [s]
   std::optional<Comparison> begun_;  // none: there is no result to come
+  std::vector<MapChange> before_;    // result of the comparison before
   std::vector<MapChange> told_;
 };
 
