@@ -188,6 +188,14 @@ std::string class_at(const std::vector<Eigen::Vector3f>& points,
   return most == counts.end() ? "" : most->first;
 }
 
+/// Returns whether two views of its own visit or more show most of an object. What one view shows
+/// may be the edge of somebody who moved.
+bool is_confirmed(const ChangedSurface& object, const std::vector<PosedView>& views) {
+  const std::vector<Votes> votes = votes_on(object.points, views);
+  return 2 * std::ranges::count_if(votes, [](const Votes& v) { return v.shown >= 2; }) >
+         std::ssize(votes);
+}
+
 /// Returns the objects of a visit that the other one does not contain.
 std::vector<Cluster> absent_objects(const Visited& visit, const std::vector<Votes>& votes) {
   std::vector<Cluster> objects;
@@ -206,6 +214,7 @@ std::vector<Cluster> absent_objects(const Visited& visit, const std::vector<Vote
     Eigen::Vector3d sides = object.surface.box.sizes();
     std::ranges::sort(sides);
     if (sides[2] < kLeastLength || sides[1] < kLeastWidth) continue;
+    if (!is_confirmed(object.surface, visit.views)) continue;
     object.extents = extents_of(object.surface.points);
     object.surface.class_name = class_at(object.surface.points, visit.views);
     objects.push_back(std::move(object));

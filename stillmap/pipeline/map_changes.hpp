@@ -49,10 +49,10 @@ struct MapChanges {
 /// Finds what changed between two visits, of seconds or months: the maps are merged (merge_maps()),
 /// and a surface of one counts as absent from the other if at least two views of the other see
 /// through it, by more than the errors of depth cameras (8 % of the depth), and hardly any view
-/// shows it. Neighboring points of absent surfaces are an object;
-/// one that went and one that appeared with about the same extent and color are one that moved.
-/// Objects smaller than about 15 cm, and people, who are in no map, are not found. If `after`
-/// extends `before`, its visits beyond those of `before` are compared.
+/// shows it, while two views of its own map do. Neighboring points of absent surfaces are an
+/// object; one that went and one that appeared with about the same extent and color are one that
+/// moved. Objects smaller than about 15 cm, and people, who are in no map, are not found. If
+/// `after` extends `before`, its visits beyond those of `before` are compared.
 ///
 /// Throws Error if the maps have no dense views, show no common place, or are of the same
 /// recordings, and as merge_maps().

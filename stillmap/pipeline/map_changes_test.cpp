@@ -129,6 +129,26 @@ TEST(MapChanges, AnotherPathIsNoChange) {
   EXPECT_GT(found.after.compared, 0.9);
 }
 
+TEST(MapChanges, WhatASingleViewShowsIsNoObject) {
+  // The edge of somebody who moved: a surface in front of all others, in one view or in two.
+  const auto changes_with = [](std::size_t views) {
+    NamedMap after = map_of("slower");
+    after.saved.views.resize(2);
+    for (std::size_t i = 0; i < views; ++i) {
+      DenseView& view = after.saved.views[i].view;
+      view.depth = view.depth.clone();
+      view.kind = view.kind.clone();
+      const cv::Rect patch(view.depth.cols / 2 - 15, view.depth.rows / 2 - 15, 30, 30);
+      view.depth(patch) = static_cast<std::uint16_t>(0.8 / DenseView::kDepthUnit);
+      view.kind(patch) = kStaticSurface;
+      view.pages = nullptr;
+    }
+    return find_changes(map_of("xyz"), std::move(after), recorded::small_options("static")).changes;
+  };
+  EXPECT_EQ(changes_with(2).size(), 1U);
+  EXPECT_TRUE(changes_with(1).empty());
+}
+
 TEST(MapChanges, MapsOfOtherPlacesOrWithoutViewsAreErrors) {
   EXPECT_THAT(test::error_of([] { changes("rpy", "corner"); }), HasSubstr("shows no place of"));
   NamedMap slim = map_of("xyz");
