@@ -362,8 +362,9 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(self.documented(rows), in_help)
         written = {file.name for file in self.run_folder.iterdir() if not file.name.startswith(".")}
         self.assertLessEqual(written, in_help)
-        self.assertLessEqual(in_help - written, {"events.jsonl", "zones.yaml", "mesh.glb", "objects.json", "semantic.ply",
-                                                 "semantic.png", "semantic_classes.ply", "semantic_legend.png", "movers.png"})
+        self.assertLessEqual(in_help - written, {"changes.jsonl", "events.jsonl", "zones.yaml", "mesh.glb", "objects.json",
+                                                 "semantic.ply", "semantic.png", "semantic_classes.ply", "semantic_legend.png",
+                                                 "movers.png"})
         readme = (ROOT / "README.md").read_text()
         results = next(line for line in readme.splitlines() if line.startswith("| results |"))
         self.assertLessEqual(self.documented(results) - {"dense_map.md"}, in_help)
