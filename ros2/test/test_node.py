@@ -387,7 +387,9 @@ def test_objects_that_changed_since_the_loaded_map_are_shown(processes, robot, t
     processes.camera(visits[1], "--rate", 0)
     assert robot.spin_until(lambda: robot.count("changed_objects"), 60), node.log.read_text()
     _, *boxes = robot.got["changed_objects"][-1].markers
-    assert sorted(box.ns for box in boxes) == ["appeared", "appeared", "went", "went"], "parcel, cabinet; bin, printer"
+    appeared, went = ([box for box in boxes if box.ns == name] for name in ("appeared", "went"))
+    assert len(went) == 2 and len(went + appeared) == len(boxes), "bin, printer"
+    assert len(appeared) in (1, 2), "parcel, and the edge of the cabinet if two views show it"
     assert all(0.03 < side < 0.6 for box in boxes for side in (box.scale.x, box.scale.y, box.scale.z))
 
 
