@@ -113,7 +113,7 @@ int run(const RecoverArguments& arguments) {
   outputs.dense = arguments.outputs;
   write_run_files(record, outputs, folder);
   for (const char* live :
-       {kLiveTrajectory, kLiveObstacles, kLiveChanges}) {  // stay: they have the last poses
+       {kLiveTrajectory, kLiveObstacles, kLiveChanges}) {  // stay: they cannot be made again
     if (folder.path() == journal.parent_path() && fs::exists(folder.path() / live))
       folder.write(live, [](const fs::path&) {});
   }

@@ -322,22 +322,23 @@ Comparison compared(const SavedMap& saved, const ViewPoses& before, const ViewPo
 }
 
 /// Leaves in the later map the views of those visits that the earlier one does not contain.
-void erase_common_visits(const SavedMap& before, const std::string& name, NamedMap& after) {
-  const std::set<std::uint64_t> of_before = images_of(before);
+/// @param of_before  the images of the earlier map
+void erase_common_visits(const NamedMap& before, const std::set<std::uint64_t>& of_before,
+                         NamedMap& after) {
   const auto is_common = [&](const AnchoredView& view) {
     return of_before.contains(image_hash(view.view));
   };
   std::vector<AnchoredView>& views = after.saved.views;
   if (std::ranges::none_of(views, is_common)) return;
-  std::erase_if(views, [first = end_of_visits(before.views)](const AnchoredView& view) {
+  std::erase_if(views, [first = end_of_visits(before.saved.views)](const AnchoredView& view) {
     return view.view.visit < first;
   });
   if (views.empty()) {
-    throw Error("has no visit that " + name + " does not have", after.name,
-                "name maps of two visits, that of the earlier visits first");
+    throw Error("has no visit that " + before.name + " does not have", after.name,
+                "name maps of different visits, the earlier one first");
   }
   if (std::ranges::any_of(views, is_common)) {
-    throw Error("was made of a recording that " + name + " was made of, too", after.name,
+    throw Error("was made of a recording that " + before.name + " was made of, too", after.name,
                 "compare maps of two visits");
   }
 }
@@ -348,8 +349,8 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   require_views(before.saved, before.name);
   require_views(after.saved, after.name);
   MapChanges found{{}, described(before), described(after), {}};
-  erase_common_visits(before.saved, before.name, after);
   const std::set<std::uint64_t> of_before = images_of(before.saved);
+  erase_common_visits(before, of_before, after);
   std::vector<NamedMap> maps;
   maps.push_back(std::move(before));
   maps.push_back(std::move(after));

@@ -52,7 +52,7 @@ struct MapChanges {
 /// shows it, while two views of its own map do. Neighboring points of absent surfaces are an
 /// object; one that went and one that appeared with about the same extent and color are one that
 /// moved. Objects smaller than about 15 cm, and people, who are in no map, are not found. If
-/// `after` extends `before`, its visits beyond those of `before` are compared.
+/// `after` extends `before`, only the visits that `before` does not have are compared with it.
 ///
 /// Throws Error if the maps have no dense views, show no common place, or are of the same
 /// recordings, and as merge_maps().

@@ -92,7 +92,7 @@ TEST(MapChanges, OfAMapThatExtendsTheOtherAreThoseOfItsOwnVisit) {
   EXPECT_THAT(test::error_of([&] {
                 find_changes({"2", second}, {"1", first}, recorded::small_options("static"));
               }),
-              HasSubstr("name maps of two visits, that of the earlier visits first"));
+              HasSubstr("name maps of different visits, the earlier one first"));
 }
 
 TEST(MapChanges, OfTheSameRecordingAreAnError) {

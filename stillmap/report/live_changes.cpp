@@ -79,7 +79,7 @@ bool LiveChanges::is_ready() const {
 
 /// Waits for the comparison that was begun last, and tells its changes as far as they are new and
 /// confirmed.
-/// @param is_last  that of the whole run, which confirms itself
+/// @param is_last  whether it is the comparison at the end, whose changes need no confirmation
 void LiveChanges::tell(bool is_last) {
   if (!begun_) return;
   std::vector<MapChange> found = begun_->changes.get();

@@ -15,13 +15,13 @@ namespace stillmap {
 /// Name of the file of LiveChanges.
 constexpr const char* kLiveChanges = "changes.jsonl";
 
-/// What changed since the loaded map was made, for a run that extends it: every 10 seconds of the
-/// recording and at the end, the views so far are compared with those of the loaded map
-/// (newest_changes()) on a thread of its own. Each object that two comparisons in a row find, so
-/// that somebody who stood still for a moment is none, or the last one, is a line of the file: a
-/// JSON object with "timestamp", that of the newest frame compared [s], and as in change_json(). In
-/// lockstep the lines are the same in every run, and are written with the next comparison; in
-/// realtime at once.
+/// What changed since the loaded map was made, for a run that extends it. Every 10 seconds of the
+/// recording and at its end, another thread compares the views of the run with those of the loaded
+/// map: see newest_changes(). An object is written to the file when two successive comparisons find
+/// it, since somebody who stands still for a moment is found by one only, or when the last
+/// comparison finds it. Each line is the JSON object of change_json() with "timestamp", the time of
+/// the newest frame that was compared [s]. In realtime a line is written when the comparison is
+/// finished; in lockstep at the next comparison, so that all runs write the same lines.
 class LiveChanges final : public RunSink {
  public:
   /// Starts the file. A problem is kept for ResultFolder::require_all().

@@ -282,9 +282,8 @@ std::vector<std::string> class_names_in(const std::map<std::string, std::string>
 }
 
 std::string export_advice() {
-  return "export one with `yolo export model=yolo11n-seg.pt format=onnx imgsz=480,640` (AGPL-3.0; "
-         "others "
-         "are under the Apache license: docs/networks.md)";
+  return "export one with `yolo export model=yolo11n-seg.pt format=onnx imgsz=480,640` "
+         "(AGPL-3.0; others are under the Apache license: docs/networks.md)";
 }
 
 }  // namespace stillmap
