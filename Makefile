@@ -109,7 +109,7 @@ arm64: package  ## cross-compile for 64-bit ARM: Debian packages and wheels (bui
 	@$(call configure,arm64)
 	$(call compile,arm64) --target stillmap_installed stillmap_python
 	scripts/make_packages.sh arm64
-	scripts/make_wheels.py --arm64 python3.11
+	scripts/make_wheels.py --arm64
 
 arm64-test:  ## run them and the tests of all modules that compute under QEMU; trajectories must be the same bytes as the native ones
 	scripts/test_arm64.py

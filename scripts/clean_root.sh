@@ -9,7 +9,7 @@ in_clean_root() {
   local keys=debian-archive-keyring.gpg package=debian-archive-keyring
   shift 2
   case $release in
-    noble)
+    jammy | noble)
       mirror=http://archive.ubuntu.com/ubuntu areas="main universe"
       keys=ubuntu-archive-keyring.gpg package="ubuntu-keyring (in Debian from release 13 on)"
       ;;

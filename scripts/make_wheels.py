@@ -3,7 +3,7 @@
 """Makes the wheels of the Python module and the command in build/wheels. Every library that they need is inside, with
 its license, so they run on each distribution whose C library is as new as this one's.
 
-  make_wheels.py [PYTHON...]            for this computer; interpreters: python3.11, python3.12, python3.13
+  make_wheels.py [PYTHON...]            for this computer; interpreters: python3.10 to python3.13
   make_wheels.py --arm64 [PYTHON...]    for 64-bit ARM, cross-compiled
 """
 import argparse
@@ -49,7 +49,7 @@ def tool(name):
 
 def interpreters(given):
     """The given or usual interpreters that are here with their headers."""
-    found = given or ["python3.11", "python3.12", "python3.13"]
+    found = given or [f"python3.{minor}" for minor in range(10, 14)]
     usable = [python for python in found if shutil.which(python) and
               subprocess.run([python, "-c", PROBE], stdout=subprocess.DEVNULL, check=False).returncode == 0]
     if not usable or len(usable) < len(given):
@@ -112,6 +112,10 @@ def with_licenses(wheel):
         for common in re.findall("/usr/share/common-licenses/([A-Za-z0-9.+-]*[A-Za-z0-9])", text):
             shutil.copy(f"/usr/share/common-licenses/{common}", licenses / f"{common}.txt")
     (licenses / "LIBRARIES.txt").write_text(list_of_libraries)
+    metadata = licenses.parent / "METADATA"
+    files = "".join(f"License-File: {file.name}\n" for file in sorted(licenses.iterdir()))
+    metadata.write_text(re.sub("License-Expression: .*\n(License-File: .*\n)*",
+                               f"License-Expression: Apache-2.0 AND LicenseRef-LIBRARIES.txt\n{files}", metadata.read_text()))
     run(tool("wheel"), "pack", "--dest-dir", BUILD / "wheels", package, stdout=subprocess.DEVNULL)
     return BUILD / "wheels" / wheel.name
 

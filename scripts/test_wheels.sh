@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Installs each wheel of scripts/make_wheels.py for this computer into a clean root that has nothing but Python, and uses
-# it there: Debian 12 (Python 3.11), Ubuntu 24.04 (3.12), Debian 13 (3.13). Needs root, mmdebstrap and the archives' keys.
+# it there: Ubuntu 22.04 (Python 3.10), Debian 12 (3.11), Ubuntu 24.04 (3.12), Debian 13 (3.13). Needs root, mmdebstrap and the
+# archives' keys.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -10,7 +11,7 @@ cd "$(dirname "$0")/.."
 . scripts/clean_root.sh
 shopt -s nullglob
 tested=0
-for pair in cp311:bookworm cp312:noble cp313:trixie; do
+for pair in cp310:jammy cp311:bookworm cp312:noble cp313:trixie; do
   for wheel in build/wheels/stillmap-*-"${pair%:*}"-*"$(uname -m)".whl; do
     tested=$((tested + 1))
     echo "== $(basename "$wheel") on ${pair#*:}"
