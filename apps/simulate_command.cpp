@@ -127,6 +127,12 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->type_name("{1,2}")
       ->capture_default_str();
   command
+      ->add_option("--light", o.light,
+                   "light; evening: every other lamp and the window are dark, and there is less "
+                   "light from the walls")
+      ->type_name("{day,evening}")
+      ->capture_default_str();
+  command
       ->add_option(
           "--tags", o.tags,
           "number of AprilTags of family tag36h11, ids from 0, with a side of 0.2 m, on walls "

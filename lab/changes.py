@@ -3,11 +3,11 @@
 
   python3 -m lab changes OUT [--seeds 1,2,3] [--people 0] [--width 320] [--frames 700]
 
-Renders visits of the office with `stillmap simulate --visit`: of each seed the first visit, the same with another path, and
-the second one, maps each, and compares the maps with `stillmap map changes`. "during its run": what a run that extends the
+Renders visits of the office with `stillmap simulate --visit`: of each seed the first visit, the same with another path and
+with the light of the evening, and the second one, maps each, and compares the maps with `stillmap map changes`. "during its run": what a run that extends the
 map of the first visit tells (changes.jsonl). A reported surface is right if its center lies within 20 cm of the box of a
 piece of furniture that truly is there at that visit only; a piece of which the camera saw five square decimeters is found
-if a right surface belongs to it. Between the two first visits nothing has changed.
+if a right surface belongs to it. Between the first visits nothing has changed.
 
 Written to OUT: changes.md (printed at the end), changes.json, and a folder per recording, run and comparison.
 """
@@ -21,7 +21,8 @@ from lab import core
 
 NEAR = 0.2  # [m]
 SEEN = 500  # points of surface.ply, one per square centimeter
-VISITS = {"first": ["--visit", 1], "again": ["--visit", 1, "--speed", 0.85], "second": ["--visit", 2, "--speed", 1.15]}
+VISITS = {"first": ["--visit", 1], "again": ["--visit", 1, "--speed", 0.85],
+          "evening": ["--visit", 1, "--speed", 0.9, "--light", "evening"], "second": ["--visit", 2, "--speed", 1.15]}
 
 
 def add_arguments(parser):
@@ -128,11 +129,12 @@ def main(arguments):
     for seed in arguments.seeds:
         runs = {visit: mapped(arguments, seed, visit) for visit in VISITS}
         pieces = pieces_of(runs["first"][0])
-        for before, after, truth in (("first", "second", pieces), ("again", "second", pieces), ("first", "again", {})):
+        for before, after, truth in (("first", "second", pieces), ("again", "second", pieces), ("evening", "second", pieces),
+                                     ("first", "again", {}), ("first", "evening", {})):
             surfaces = found_between(arguments, runs[before][1], runs[after][1], f"{before}-{after}-{seed}")
             recordings = runs[before][0], runs[after][0]
             lines.append({"seed": seed, "visits": f"{before}, {after}", **counts(surfaces, truth, recordings)})
-        for after, truth in (("second", pieces), ("again", {})):
+        for after, truth in (("second", pieces), ("again", {}), ("evening", {})):
             surfaces = told_during_run(arguments, runs["first"][1], runs[after][0], f"live-{after}-{seed}")
             recordings = runs["first"][0], runs[after][0]
             lines.append({"seed": seed, "visits": f"first, {after} during its run", **counts(surfaces, truth, recordings)})

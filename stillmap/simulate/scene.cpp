@@ -136,6 +136,15 @@ RoomPlan build(const SceneOptions& options, Palette& palette, Scene& scene) {
                                  : build_office(options.visit, palette, scene);
 }
 
+/// Turns day into evening. A room's window is its last lamp, behind an even number of others.
+void dim(simulate::Lighting& lighting) {
+  constexpr float kAmbient = 0.4F;
+  lighting.ambient *= kAmbient;
+  std::vector<simulate::Lamp> on;
+  for (std::size_t i = 1; i < lighting.lamps.size(); i += 2) on.push_back(lighting.lamps[i]);
+  lighting.lamps = std::move(on);
+}
+
 }  // namespace
 
 const std::vector<std::string>& scene_names() {
@@ -149,9 +158,15 @@ const std::vector<std::string>& activity_names() {
   return kNames;
 }
 
+const std::vector<std::string>& light_names() {
+  static const std::vector<std::string> kNames{"day", "evening"};
+  return kNames;
+}
+
 Scene make_scene(const SceneOptions& options) {
   check_name(options.scene, scene_names(), "scene");
   check_name(options.activity, activity_names(), "activity");
+  check_name(options.light, light_names(), "light");
   check_range(options.people, kMostPeople, "people");
   check_range(options.things, kMostThings, "things");
   if (options.visit < 1 || options.visit > 2 || (options.visit == 2 && options.scene != "office"))
@@ -164,6 +179,7 @@ Scene make_scene(const SceneOptions& options) {
   check_range(options.tags, static_cast<int>(plan.tag_places.size()), "tags");
   hang_tags(std::span(plan.tag_places).first(static_cast<std::size_t>(options.tags)), palette,
             scene);
+  if (options.light == "evening") dim(scene.lighting);
   bake_light(scene.lighting, scene.statics, options.threads);
   scene.round = plan.walk;
   if (options.activity == "crowd") scene.viewpoint.position.z() = plan.crowd_height;

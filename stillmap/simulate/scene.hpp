@@ -34,6 +34,8 @@ struct SceneOptions {
   int tags = 0;
   /// Visit of the office: 1, or 2, when some pieces of furniture have been moved, removed or added.
   int visit = 1;
+  /// Light: day, or evening (40 % of the ambient light; every other lamp and the window are dark).
+  std::string light = "day";
   /// Whether these objects move in view, within two or three meters of the viewpoint; in the yard
   /// the hook also carries a load that fills a third of the view.
   bool near_things = false;
@@ -83,10 +85,12 @@ constexpr double kCompanionDistance = 0.7;  // along the way [m]
 const std::vector<std::string>& scene_names();
 /// Returns the names for SceneOptions::activity.
 const std::vector<std::string>& activity_names();
+/// Returns the names for SceneOptions::light.
+const std::vector<std::string>& light_names();
 
 /// Builds, furnishes and lights a scene in a few tenths of a second. Equal options give equal
-/// scenes. Throws Error for an unknown scene or activity, or a number of people, objects or tags
-/// out of range.
+/// scenes. Throws Error for an unknown scene, activity or light, or a number of people, objects or
+/// tags out of range.
 Scene make_scene(const SceneOptions& options);
 
 }  // namespace stillmap

@@ -77,6 +77,7 @@ std::shared_ptr<const Scene> scene_of(const SimulationOptions& options) {
                                                    .seed = options.seed,
                                                    .tags = options.tags,
                                                    .visit = options.visit,
+                                                   .light = options.light,
                                                    .near_things = options.near_things,
                                                    .pace = options.speed,
                                                    .threads = options.threads}));

@@ -24,7 +24,8 @@ struct SimulationOptions {
   bool near_things = false;  ///< Whether they move close to the viewpoint, in its view.
   /// Number of AprilTags: 0 to 12 on walls, in the yard 0 to 9 on containers.
   int tags = 0;
-  int visit = 1;  ///< Visit of the office, with other furniture: 1 or 2.
+  int visit = 1;              ///< Visit of the office, with other furniture: 1 or 2.
+  std::string light = "day";  ///< Light as for SceneOptions: day or evening.
   /// Camera motion: static, xyz, halfsphere, rpy, loop, follow, trolley.
   std::string camera = "xyz";
   int frames = 300;

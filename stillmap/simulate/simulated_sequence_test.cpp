@@ -374,6 +374,23 @@ TEST(SimulatedSequence, MotionBlurAveragesTheExposure) {
   EXPECT_EQ(difference(blurred.truth(20).depth, sharp.truth(20).depth), 0);
 }
 
+TEST(SimulatedSequence, EveningIsDarkerAndLitFromElsewhere) {
+  SimulationOptions options = small();
+  const SimulatedFrame day = SimulatedSequence(options).at(0);
+  options.light = "evening";
+  const SimulatedFrame evening = SimulatedSequence(options).at(0);
+  EXPECT_EQ(difference(day.truth.depth, evening.truth.depth), 0);
+  cv::Mat bright, dark;
+  day.frame->gray.convertTo(bright, CV_32F);
+  evening.frame->gray.convertTo(dark, CV_32F);
+  const cv::Mat ratio = dark / bright;
+  EXPECT_LT(cv::mean(ratio)[0], 0.8);
+  // No factor on the whole image, as another exposure would be, turns one into the other.
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(ratio, mean, deviation);
+  EXPECT_GT(deviation[0], 0.05);
+}
+
 TEST(SimulatedSequence, OptionsOutOfRangeAreErrors) {
   const auto make = [](auto change) {
     SimulationOptions options;
@@ -384,6 +401,7 @@ TEST(SimulatedSequence, OptionsOutOfRangeAreErrors) {
   EXPECT_THROW(make([](O& o) { o.scene = "cellar"; }), Error);
   EXPECT_THROW(make([](O& o) { o.camera = "spin"; }), Error);
   EXPECT_THROW(make([](O& o) { o.activity = "fly"; }), Error);
+  EXPECT_THROW(make([](O& o) { o.light = "dawn"; }), Error);
   EXPECT_THROW(make([](O& o) { o.people = -1; }), Error);
   EXPECT_THROW(make([](O& o) { o.people = 7; }), Error);
   EXPECT_THROW(make([](O& o) { o.things = 4; }), Error);
