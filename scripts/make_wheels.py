@@ -74,8 +74,9 @@ def compiled_wheel(python, arm64):
                    "Python3_INCLUDE_DIR": include, "STILLMAP_PYTHON_SOABI": suffix.replace("x86_64", "aarch64"),
                    "pybind11_DIR": output(tool("python"), "-m", "pybind11", "--cmakedir").strip()}
     folder = fresh(BUILD / "wheels" / "unrepaired")
-    run(python, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", folder, "-C", f"build-dir=build/wheel_{target}",
-        *(word for name, value in defined.items() for word in ("-C", f"cmake.define.{name}={value}")), ROOT)
+    settings = {"build-dir": f"build/wheel_{target}"} | {f"cmake.define.{name}": value for name, value in defined.items()}
+    run(python, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", folder,
+        *(f"--config-settings={name}={value}" for name, value in settings.items()), ROOT)
     if arm64:
         run(tool("wheel"), "tags", "--remove", "--platform-tag", "linux_aarch64", next(folder.glob("*.whl")))
     return next(folder.glob("*.whl"))
