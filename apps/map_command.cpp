@@ -15,6 +15,7 @@
 #include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/report/scene_export.hpp"
+#include "stillmap/report/site_plan.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/make_source.hpp"
@@ -41,7 +42,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct MapArguments {
-  std::string file, json, out, points;
+  std::string file, json, out, points, plan;
+  std::optional<double> scale;     // of the plan: side of a pixel [m]
   std::vector<std::string> files;  // to be merged
   std::optional<int> memory;       // for their views and keyframes [MB]
   bool force = false;
@@ -110,26 +112,69 @@ std::string alignment_text(const std::vector<KnownPoint>& points, const SiteAlig
                             1000 * std::sqrt(squares / static_cast<double>(points.size())));
 }
 
-int align(const MapArguments& arguments) {
-  require_replaceable(arguments.out, is_saved_map, arguments.force);
-  SavedMap saved = read_saved_map(arguments.file);
-  const std::vector<KnownPoint> points =
-      read_known_points(arguments.points, tag_centers(saved.map));
-  const SiteAlignment alignment = align_to_site(points);
-  move_world(saved.map, alignment.T_site_map);
-  if (const fs::path folder = fs::path(arguments.out).parent_path(); !folder.empty())
-    make_output_folder(folder);
-  write_saved_map(arguments.out, saved);
+/// Returns the views of a saved map, with the options of its run.
+PlacedMap placed_map(const MapArguments& arguments, const SavedMap& saved) {
+  require_views(saved, arguments.file);
+  const fs::path options = fs::path(arguments.file) / kRunOptions;
+  return place_views(
+      saved, dense_parameters_of(read_options("", fs::exists(options) ? options : fs::path())));
+}
+
+/// Prints the errors of an aligned map. Returns the exit code.
+int report_alignment(const std::vector<KnownPoint>& points, const SiteAlignment& alignment,
+                     const SavedMap& saved) {
   print_out("{}", alignment_text(points, alignment));
   if (saved.map.first.size() > 1)
     print_out(
         "{} components that are not connected with the oldest one stay in frames of their own\n",
         saved.map.first.size() - 1);
-  print_out("written: {}\n", arguments.out);
   const std::string problem = contradiction(points, alignment);
   if (problem.empty()) return code_for(saved);
   print_error("DO NOT TRUST THIS RESULT: {}\n", problem);
   return kDoubtful;
+}
+
+void write_aligned(const MapArguments& arguments, const Pose& T_site_map, SavedMap& saved) {
+  move_world(saved.map, T_site_map);
+  if (const fs::path folder = fs::path(arguments.out).parent_path(); !folder.empty())
+    make_output_folder(folder);
+  write_saved_map(arguments.out, saved);
+  print_out("written: {}\n", arguments.out);
+}
+
+/// Aligns the map with a floor plan, and writes the plan with the map drawn onto it.
+int align_with_plan(const MapArguments& arguments) {
+  const fs::path picture = fs::path(arguments.out).replace_extension("plan.png");
+  if (!arguments.force && fs::exists(picture) && !fs::exists(arguments.out))
+    throw Error("exists", picture.string(), "name another map with --out, or add --force");
+  cv::Mat3b image = read_plan_image(arguments.plan);
+  const SitePlan plan{*arguments.scale, image.rows};
+  SavedMap saved = read_saved_map(arguments.file);
+  const std::vector<KnownPoint> points =
+      read_known_points(arguments.points, tag_centers(saved.map), plan);
+  SearchedFloor floor = search_floor(placed_map(arguments, saved), {});
+  if (!floor.finding.floor)
+    throw Error("the floor is unknown: " + floor.finding.reason, arguments.file,
+                "give the coordinates of the points at the site in place of a plan");
+  const SiteAlignment alignment =
+      align_to_plan(points, map_frame(*floor.finding.floor, floor.cameras.front()));
+  write_aligned(arguments, alignment.T_site_map, saved);
+  for (Surfel& surfel : floor.surfels) surfel.point = alignment.T_site_map * surfel.point;
+  draw_on_plan(floor.surfels, plan, image);
+  write_png(picture, image);
+  print_out("written: {}\n", picture.string());
+  return report_alignment(points, alignment, saved);
+}
+
+int align(const MapArguments& arguments) {
+  require_replaceable(arguments.out, is_saved_map, arguments.force);
+  if (!arguments.plan.empty()) return align_with_plan(arguments);
+  SavedMap saved = read_saved_map(arguments.file);
+  const std::vector<KnownPoint> points =
+      read_known_points(arguments.points, tag_centers(saved.map));
+  const SiteAlignment alignment = align_to_site(points);
+  write_aligned(arguments, alignment.T_site_map, saved);
+  return report_alignment(points, alignment, saved);
 }
 
 int merge(const MapArguments& arguments) {
@@ -150,10 +195,8 @@ int merge(const MapArguments& arguments) {
   std::vector<NamedMap> maps;
   {
     const ProgressStep step("reading the maps");
-    MemoryLimit share = parameters.dense.memory;
-    share.limit /= arguments.files.size();
-    for (const std::string& file : arguments.files)
-      maps.push_back({file, read_saved_map(file, share)});
+    maps =
+        read_named_maps({arguments.files.begin(), arguments.files.end()}, parameters.dense.memory);
   }
   MergedMap merged;
   {
@@ -173,9 +216,8 @@ int merge(const MapArguments& arguments) {
 
 int changes(const MapArguments& arguments) {
   const SlamParameters parameters = parameters_of(read_options(""));
-  std::vector<NamedMap> maps;
-  for (const std::string& file : arguments.files)
-    maps.push_back({file, read_saved_map(file, parameters.dense.memory)});
+  std::vector<NamedMap> maps =
+      read_named_maps({arguments.files.begin(), arguments.files.end()}, parameters.dense.memory);
   ResultFolder folder(arguments.out, arguments.force ? ResultFolder::Foreign::kOverwrite
                                                      : ResultFolder::Foreign::kKeep);
   const MapChanges found = [&] {
@@ -315,24 +357,24 @@ void write_colmap(const PosedImages& images, const Cloud& cloud, ColmapFormat fo
   folder.write_text(model + "points3D" + end, colmap_points(cloud, format));
 }
 
+/// Returns the motion of the world into a frame with z up: none if it has z up already.
+Pose upright_frame(const SearchedFloor& floor) {
+  const FloorFinding& finding = floor.finding;
+  if (finding.up && is_upright(*finding.up)) return {};
+  if (finding.floor) return map_frame(*finding.floor, floor.cameras.front());
+  return {upright_axes(finding, floor.surfels, floor.cameras), {0, 0, 0}};
+}
+
 /// Writes the files for other programs.
 void write_scene_files(const MapArguments& arguments, const SavedMap& saved, ResultFolder& folder) {
   const auto wanted = [&](const char* format) {
     return std::find(arguments.formats.begin(), arguments.formats.end(), format) !=
            arguments.formats.end();
   };
-  require_views(saved, arguments.file);
-  const fs::path options = fs::path(arguments.file) / kRunOptions;
-  const PlacedMap placed = place_views(
-      saved, dense_parameters_of(read_options("", fs::exists(options) ? options : fs::path())));
+  const PlacedMap placed = placed_map(arguments, saved);
   const Cloud cloud = cloud_of(placed).cloud;
   if (wanted("las")) {
-    const SearchedFloor floor = search_floor(placed, {});
-    const Pose T_map_world =
-        floor.finding.floor
-            ? map_frame(*floor.finding.floor, floor.cameras.front())
-            : Pose(upright_axes(floor.finding, floor.surfels, floor.cameras), {0, 0, 0});
-    folder.write_text("cloud.las", las_bytes(cloud, T_map_world));
+    folder.write_text("cloud.las", las_bytes(cloud, upright_frame(search_floor(placed, {}))));
   }
   if (arguments.formats.size() == 1 && wanted("las")) return;
   const PosedImages images = write_images(arguments, placed, wanted("nerfstudio"), folder);
@@ -428,8 +470,17 @@ void add_map_command(CLI::App& app, int& exit_code) {
           "--points", arguments->points,
           "lines 'name,x,y,z,X,Y,Z': coordinates of three or more points in the map, as the view's "
           "Measure shows them, and at the site [m]; or 'tag36h11:7,X,Y,Z' for the center of a tag "
-          "that `map info` lists")
+          "that `map info` lists; with --plan U,V in place of X,Y,Z")
       ->required();
+  CLI::Option* plan = aligning->add_option(
+      "--plan", arguments->plan,
+      "image of a floor plan, in which a point is at column U and row V; its lower left corner is "
+      "the origin of the site. The map drawn onto it is written beside --out (.plan.png)");
+  plan->type_name("FILE");
+  CLI::Option* scale =
+      aligning->add_option("--scale", arguments->scale, "side of a pixel of the plan [m]");
+  scale->check(CLI::PositiveNumber)->needs(plan);
+  plan->needs(scale);
   aligning->add_option("-o,--out", arguments->out, "file to write")->required()->type_name("FILE");
   add_force_option(*aligning, arguments->force);
   aligning->footer(

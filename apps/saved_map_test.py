@@ -276,6 +276,41 @@ for model in models:
         survey.write_text("a,0,0,0,1,1,1\n")
         self.refused(stillmap("map", "align", self.map, "--points", survey, "--out", aligned), 1, "1 points, too few")
 
+    def test_a_map_is_aligned_with_a_floor_plan(self):
+        """Any image is the plan: 320 x 240 pixels of 3 cm. Its truth is that of the room, whose floor is at z = 0."""
+        def numbers(line):
+            return list(map(float, line.split()[1:]))
+
+        def rows(file):
+            return [numbers(line) for line in file.read_text().splitlines() if line[0] != "#"]
+        truth = rows(self.sequence / "groundtruth.txt")
+
+        def at_site(p):  # by the pose of the first camera, which is the frame of the map
+            *t, x, y, z, w = truth[0]
+            R = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                 [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                 [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+            return [sum(a * b for a, b in zip(row, p)) + c for row, c in zip(R, t)]
+        plan = next((self.sequence / "rgb").iterdir())
+        points = {"a": (0, 0, 1), "b": (1, 0, 3), "c": (-1, 0.5, 2), "d": (0, 1, 4)}
+        survey, aligned = self.folder / "plan.csv", self.folder / "on_plan.map"
+        survey.write_text("".join(f"{name},{p[0]},{p[1]},{p[2]},{at_site(p)[0] / .03},{240 - at_site(p)[1] / .03}\n"
+                                  for name, p in points.items()))
+        shown = stillmap("map", "align", self.map, "--points", survey, "--plan", plan, "--scale", .03, "--out", aligned)
+        self.assertEqual(shown.returncode, 0, shown.stdout + shown.stderr)
+        self.assertNotEqual((self.folder / "on_plan.plan.png").read_bytes(), plan.read_bytes())
+        self.assertEqual(self.run_sequence("on_plan", "--load-map", aligned, "--localize-only", "--planner").returncode, 0)
+        found = rows(self.folder / "on_plan" / "trajectory.txt")
+        self.assertEqual(len(found), len(truth))
+        for a, b in zip(found, truth):
+            for x, y in zip(a[:3], b):
+                self.assertAlmostEqual(x, y, delta=.03)
+        floor = json.loads((self.folder / "on_plan" / "floor.json").read_text())
+        self.assertEqual(floor["T_map_world"][:2] + floor["T_map_world"][3:], [0, 0, 0, 0, 0, 1])
+        self.refused(stillmap("map", "align", self.map, "--points", survey, "--plan", plan, "--scale", .06, "--out", aligned), 1,
+                     "2 times those in the map")
+        self.refused(stillmap("map", "align", self.map, "--points", survey, "--plan", plan, "--out", aligned), 2, "requires --scale")
+
     def test_maps_are_merged_in_any_order(self):
         second = self.folder / "second.map"
         self.assertEqual(self.run_sequence("second", "--first", 10, "--save-map", second).returncode, 0)

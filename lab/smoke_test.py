@@ -75,6 +75,12 @@ class Smoke(unittest.TestCase):
         self.assertRegex(printed, r"(?m)^\| load \|.*\| 1\.8 \| 8 \|$")
         self.assertIn("fuse again: the same cloud", printed)
 
+    def test_merge_scale(self):
+        """Components are adjusted while they grow: 15 mm, and 24 mm if only at the end."""
+        row = self.program("merge-scale", "--maps", "30").splitlines()[2].split("|")
+        self.assertEqual([float(row[i]) for i in (1, 2, 5, 6)], [30, 360, 1, 100])
+        self.assertLess(float(row[7]), 20)
+
     def test_loop_precision(self):
         self.assertRegex(self.program("loop-precision", self.sequence), r"all: \d+ candidates")
 

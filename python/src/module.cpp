@@ -46,4 +46,5 @@ PYBIND11_MODULE(_native, module) {
   bind_results(module);
   bind_slam(module);
   bind_evaluation(module);
+  bind_saved_maps(module);
 }

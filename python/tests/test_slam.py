@@ -222,6 +222,10 @@ def test_what_changed_since_the_loaded_map_was_made(command, tmp_path):
     for box in went + appeared:
         assert box.shape == (2, 3) and (0 < box[1] - box[0]).all() and (box[1] - box[0] < 0.6).all()
     assert {c.class_name for c in changes} == {"unknown"}
+    second.save_map(tmp_path / "later.map")
+    compared = stillmap.compare_maps(saved, tmp_path / "later.map")
+    gone = [c.before.mean(0) for c in compared if c.after is None]
+    np.testing.assert_allclose(gone, [box.mean(0) for box in went], atol=0.05)
     second.finish()
     with pytest.raises(stillmap.Error, match="has ended"):
         second.changes()
@@ -283,6 +287,22 @@ def test_an_unknown_place_is_explained(frames, camera, tmp_path):
     mirrored = [again.push(frame.rgb[:, ::-1], frame.depth[:, ::-1], frame.stamp) for frame in frames]
     assert all(update.state == "lost" for update in mirrored)
     assert re.search("no similar keyframe|needed|no pose fits|expected landmarks", mirrored[-1].reason)
+
+
+def test_saved_maps_are_merged(frames, camera, tmp_path):
+    files = [tmp_path / "a.map", tmp_path / "b.map"]
+    for file, part in zip(files, (frames[:18], frames[6:])):
+        slam = stillmap.Slam(camera, dense={"enabled": False}, movers={"enabled": False})
+        for frame in part:
+            slam.push(frame)
+        slam.save_map(file)
+    pair, = stillmap.merge_maps(files, tmp_path / "all.map")
+    assert (pair.a, pair.b) == tuple(files)
+    assert pair.connected == (pair.places > 1) == (pair.reason == "")
+    again = stillmap.Slam(camera, load_map=tmp_path / "all.map", extend_map=False)
+    assert [again.push(frame) for frame in frames[3:6]][-1].state == "tracked"
+    with pytest.raises(stillmap.Error, match="needs at least two maps"):
+        stillmap.merge_maps(files[:1], tmp_path / "one.map")
 
 
 def test_the_mode_changes_while_it_runs(frames, camera):

@@ -458,7 +458,12 @@ double wall_direction(const std::vector<Surfel>& surfels, const Pose& T_map_worl
   return sum.norm() > 0 ? std::atan2(sum.y(), sum.x()) / 4 : 0;
 }
 
+bool is_upright(const Eigen::Vector3d& up) { return up.z() > std::cos(2 * kDegree); }
+
 Pose map_frame(const Floor& floor, const Pose& T_world_camera) {
+  const Eigen::Vector3d& eye = T_world_camera.translation();
+  const Eigen::Vector3d below = eye - (floor.up.dot(eye) - floor.height) * floor.up;
+  if (is_upright(floor.up)) return {Eigen::Matrix3d::Identity(), {0, 0, -below.z()}};
   const Eigen::Matrix3d R_camera = T_world_camera.rotation();
   const auto level = [&](const Eigen::Vector3d& v) {
     return Eigen::Vector3d(v - floor.up.dot(v) * floor.up);
@@ -469,8 +474,6 @@ Pose map_frame(const Floor& floor, const Pose& T_world_camera) {
   R_map_world.row(0) = ahead.normalized();
   R_map_world.row(2) = floor.up;
   R_map_world.row(1) = floor.up.cross(ahead.normalized());
-  const Eigen::Vector3d& eye = T_world_camera.translation();
-  const Eigen::Vector3d below = eye - (floor.up.dot(eye) - floor.height) * floor.up;
   return {R_map_world, -(R_map_world * below)};
 }
 

@@ -77,8 +77,13 @@ Eigen::Matrix3d upright_axes(const FloorFinding& finding, const std::vector<Surf
 /// Side of the cubes of the surfels that the floor is searched in [m].
 inline constexpr double kFloorSurfel = 0.05;
 
+/// Returns whether z points up in the world, as at a site (SiteAlignment): within 2 degrees, the
+/// error of a found floor. The world of a run without a site has z along its first view.
+bool is_upright(const Eigen::Vector3d& up);
+
 /// Returns T_map_world of frame `map`, in which planners get their maps: z up from the floor, the
-/// camera above the origin, x along its horizontal viewing direction.
+/// camera above the origin, x along its horizontal viewing direction. In an upright world x and y
+/// are those of the world.
 Pose map_frame(const Floor& floor, const Pose& T_world_camera);
 
 /// Returns the angle from the x axis of frame `map` to the direction along or across which most

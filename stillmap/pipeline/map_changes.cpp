@@ -392,6 +392,16 @@ std::string class_of(const MapChange& change) {
   return "unknown";
 }
 
+std::vector<ObjectChange> object_changes(const std::vector<MapChange>& changes) {
+  std::vector<ObjectChange> objects;
+  for (const MapChange& change : changes) {
+    ObjectChange& object = objects.emplace_back(ObjectChange{class_of(change), {}, {}});
+    if (change.before) object.before = change.before->box;
+    if (change.after) object.after = change.after->box;
+  }
+  return objects;
+}
+
 std::string change_text(const MapChange& change) {
   std::string text = fmt::format("{:<9}{:<14}", kind_of(change), class_of(change));
   if (change.before) text += surface_text(*change.before);

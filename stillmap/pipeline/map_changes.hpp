@@ -4,6 +4,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/pipeline/merge_maps.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/slam.hpp"
 
 #include <optional>
 #include <string>
@@ -68,6 +69,8 @@ std::vector<MapChange> newest_changes(const SavedMap& saved, const DenseOptions&
 const char* kind_of(const MapChange& change);
 /// Returns the class of the object; "unknown" if none was detected.
 std::string class_of(const MapChange& change);
+/// Returns the changes without their points.
+std::vector<ObjectChange> object_changes(const std::vector<MapChange>& changes);
 /// Returns a change as a line of text, without a line end.
 std::string change_text(const MapChange& change);
 /// Returns a change as JSON, without its points.

@@ -252,10 +252,17 @@ void MapMaker::merge_remaining() {
 std::vector<PlaceComparison> MapMaker::merge_all() {
   std::vector<PlaceComparison> comparisons = places_.compare_components(map_);
   const std::vector<std::size_t> chosen = confirmed(map_, comparisons);
+  std::map<std::uint32_t, std::size_t> adjusted;  // numbers of keyframes, by component
   for (const std::size_t i : chosen) {
     comparisons[i].confirmed = true;
     const LoopMatch& match = *comparisons[i].verification.match;
-    if (map_.at(match.query).component != map_.at(match.candidate).component) close(match);
+    if (map_.at(match.query).component == map_.at(match.candidate).component) continue;
+    close(match);
+    const std::uint32_t component = map_.at(match.query).component;
+    const std::size_t keyframes = keyframes_of(map_, component).size();
+    if (keyframes < 2 * adjusted[component]) continue;
+    adjust_globally(map_, component);
+    adjusted[component] = keyframes;
   }
   for (const std::size_t i : chosen) {
     const auto& [query, candidate, verification, confirmed] = comparisons[i];

@@ -76,8 +76,10 @@ class MapMaker {
   /// place of the other.
   void merge_remaining();
 
-  /// Connects the components of several saved maps: see merge_maps(). Where places of components
-  /// that are already connected are recognized, loops are closed. Returns all comparisons.
+  /// Connects the components of several saved maps: see merge_maps(). A component is adjusted
+  /// whenever it has twice as many keyframes as at its last adjustment, since landmarks are welded
+  /// only where their projections agree within pixels. Where places of components that are already
+  /// connected are recognized, loops are closed. Returns all comparisons.
   std::vector<PlaceComparison> merge_all();
   /// Erases the keyframes of connected maps that have the time and the features of another one,
   /// which replaces them: one of `kept`, or else the first in the map.

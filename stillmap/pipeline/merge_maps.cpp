@@ -181,6 +181,15 @@ std::string pair_text(const MapPair& pair) {
 
 }  // namespace
 
+std::vector<NamedMap> read_named_maps(const std::vector<std::filesystem::path>& files,
+                                      const MemoryLimit& memory) {
+  MemoryLimit share = memory;
+  share.limit /= std::max<std::size_t>(1, files.size());
+  std::vector<NamedMap> maps;
+  for (const auto& file : files) maps.push_back({file.string(), read_saved_map(file, share)});
+  return maps;
+}
+
 MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
                      const std::string& writer) {
   if (maps.size() < 2) throw Error("needs at least two maps", "merge", "name more maps");

@@ -4,6 +4,7 @@
 #include "stillmap/pipeline/slam_parameters.hpp"
 
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,11 @@ struct NamedMap {
   std::string name;
   SavedMap saved;
 };
+
+/// Reads maps. Throws Error as read_saved_map().
+/// @param memory for the views of all maps
+std::vector<NamedMap> read_named_maps(const std::vector<std::filesystem::path>& files,
+                                      const MemoryLimit& memory);
 
 /// Two merged maps, and whether places of one were recognized in the other.
 struct MapPair {

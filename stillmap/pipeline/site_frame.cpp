@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <sstream>
 
 #include <Eigen/SVD>
@@ -34,22 +35,20 @@ std::vector<std::string> words_of(std::string line) {
   return words;
 }
 
-/// Returns the three coordinates that begin at a word.
-Eigen::Vector3d coordinates(const std::vector<std::string>& words, std::size_t first,
-                            const std::string& where) {
-  Eigen::Vector3d p;
-  for (int i = 0; i < 3; ++i) {
-    const std::string& word = words[first + static_cast<std::size_t>(i)];
-    const auto number = number_of(word);
-    if (!number || !std::isfinite(*number))
-      throw Error("'" + word + "' is no number", where,
-                  "write coordinates [m] with a decimal point");
-    if (std::abs(*number) > kFarthest)
-      throw Error("has a coordinate beyond 10 km, where point clouds lose their millimeters", where,
-                  "subtract the same offset from all coordinates at the site");
-    p(i) = *number;
-  }
-  return p;
+double coordinate(const std::string& word, const std::string& where) {
+  const auto number = number_of(word);
+  if (!number || !std::isfinite(*number))
+    throw Error("'" + word + "' is no number", where, "write coordinates with a decimal point");
+  if (std::abs(*number) > kFarthest)
+    throw Error("has a coordinate beyond 10 km, where point clouds lose their millimeters", where,
+                "subtract the same offset from all coordinates at the site");
+  return *number;
+}
+
+using Words = std::span<const std::string>;
+
+Eigen::Vector3d coordinates(Words words, const std::string& where) {
+  return {coordinate(words[0], where), coordinate(words[1], where), coordinate(words[2], where)};
 }
 
 std::string names_of(const TagCenters& tags) {
@@ -59,19 +58,31 @@ std::string names_of(const TagCenters& tags) {
   return fmt::format("it has {}", fmt::join(names, ", "));
 }
 
-KnownPoint point_of(const std::vector<std::string>& words, const TagCenters& tags,
+/// Returns the point at the site of the last words of a line.
+Eigen::Vector3d site_point(Words words, const std::optional<SitePlan>& plan,
+                           const std::string& where) {
+  if (!plan) return coordinates(words, where);
+  return plan->at_site(coordinate(words[0], where), coordinate(words[1], where));
+}
+
+KnownPoint point_of(Words words, const TagCenters& tags, const std::optional<SitePlan>& plan,
                     const std::string& where) {
-  constexpr std::size_t kOfPoint = 7, kOfTag = 4;
-  if (words.size() == kOfPoint)
-    return {words[0], coordinates(words, 1, where), coordinates(words, 4, where)};
-  if (words.size() != kOfTag)
-    throw Error(fmt::format("has {} values, not 7 or 4", words.size()), where,
-                "write lines 'name,x,y,z,X,Y,Z': the coordinates in the map, and those at the site "
-                "[m]; or 'tag36h11:7,X,Y,Z' for the center of a tag");
+  const std::size_t at_site = plan ? 2 : 3;
+  const std::size_t of_point = 1 + 3 + at_site, of_tag = 1 + at_site;
+  if (words.size() != of_point && words.size() != of_tag) {
+    const char* site = plan ? "U,V" : "X,Y,Z";
+    throw Error(
+        fmt::format("has {} values, not {} or {}", words.size(), of_point, of_tag), where,
+        fmt::format("write lines 'name,x,y,z,{0}': the coordinates in the map [m], and {1}; "
+                    "or 'tag36h11:7,{0}' for the center of a tag",
+                    site, plan ? "the pixel of the plan" : "those at the site [m]"));
+  }
+  const Eigen::Vector3d p_site = site_point(words.last(at_site), plan, where);
+  if (words.size() == of_point) return {words[0], coordinates(words.subspan(1), where), p_site};
   const auto tag = tags.find(words[0]);
   if (tag == tags.end())
     throw Error("the map has no tag '" + words[0] + "'", where, names_of(tags));
-  return {words[0], tag->second, coordinates(words, 1, where)};
+  return {words[0], tag->second, p_site};
 }
 
 /// The points in both frames, as columns.
@@ -136,8 +147,8 @@ TagCenters tag_centers(const MapContent& map) {
   return centers;
 }
 
-std::vector<KnownPoint> read_known_points(const std::filesystem::path& file,
-                                          const TagCenters& tags) {
+std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const TagCenters& tags,
+                                          const std::optional<SitePlan>& plan) {
   std::istringstream lines(as_utf8(read_file(file)));
   std::vector<KnownPoint> points;
   std::size_t number = 0;
@@ -146,7 +157,7 @@ std::vector<KnownPoint> read_known_points(const std::filesystem::path& file,
     const auto words = words_of(line);
     if (words.empty() || words.front().starts_with('#')) continue;
     const std::string where = fmt::format("{}:{}", file.string(), number);
-    points.push_back(point_of(words, tags, where));
+    points.push_back(point_of(words, tags, plan, where));
     if (std::ranges::count(points, points.back().name, &KnownPoint::name) > 1)
       throw Error("names '" + points.back().name + "' again", where, "name each point once");
   }
@@ -165,6 +176,19 @@ SiteAlignment align_to_site(const std::vector<KnownPoint>& points) {
     alignment.errors_of_others.push_back(
         (p.p_site - align_points(others.site, others.map) * p.p_map).norm());
   }
+  return alignment;
+}
+
+SiteAlignment align_to_plan(std::vector<KnownPoint> points, const Pose& T_level_map) {
+  for (KnownPoint& point : points) {
+    point.p_map = T_level_map * point.p_map;
+    point.p_map.z() = 0;
+  }
+  SiteAlignment alignment = align_to_site(points);
+  if (alignment.T_site_map.rotation()(2, 2) < 0)
+    throw Error("are mirrored on the plan", "known points",
+                "check which point is which, and that columns count to the right and rows down");
+  alignment.T_site_map = alignment.T_site_map * T_level_map;
   return alignment;
 }
 

@@ -24,13 +24,24 @@ using TagCenters = std::map<std::string, Eigen::Vector3d>;
 /// Returns the tags in the component whose world frame is that of the map.
 TagCenters tag_centers(const MapContent& map);
 
+/// Where the image of a floor plan lies at the site: its lower left corner at the origin, x to the
+/// right and y up, the floor at z = 0.
+struct SitePlan {
+  double scale = 0;  ///< Side of a pixel [m].
+  int rows = 0;      ///< Height of the image [pixels].
+
+  Eigen::Vector3d at_site(double column, double row) const {
+    return {column * scale, (rows - row) * scale, 0};
+  }
+};
+
 /// Reads lines "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m]; or
-/// "tag36h11:7,X,Y,Z" for the center of a tag in the map. They are separated by commas, semicolons,
-/// tabs or blanks; lines that begin with # are comments. Throws Error for other lines and tags,
-/// names that are there twice, and for coordinates beyond 10 km, which the single precision of
-/// point clouds resolves to 1 mm.
-std::vector<KnownPoint> read_known_points(const std::filesystem::path& file,
-                                          const TagCenters& tags);
+/// "tag36h11:7,X,Y,Z" for the center of a tag in the map; with a plan its column and row [pixels]
+/// in place of X, Y, Z. They are separated by commas, semicolons, tabs or blanks; lines that begin
+/// with # are comments. Throws Error for other lines and tags, names that are there twice, and for
+/// coordinates beyond 10 km, which the single precision of point clouds resolves to 1 mm.
+std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const TagCenters& tags,
+                                          const std::optional<SitePlan>& plan = {});
 
 /// How a map lies at its site.
 struct SiteAlignment {
@@ -44,6 +55,11 @@ struct SiteAlignment {
 /// for points on a line, and if the distances between them differ by more than 5 %
 /// at the site.
 SiteAlignment align_to_site(const std::vector<KnownPoint>& points);
+
+/// Aligns points with those of a floor plan in the horizontal plane; the floor comes to z = 0. As
+/// align_to_site(), also throws Error for a mirrored plan.
+/// @param T_level_map  motion of the map's floor to the plane z = 0
+SiteAlignment align_to_plan(std::vector<KnownPoint> points, const Pose& T_level_map);
 
 /// Returns why an alignment is probably wrong: a point that is farther than 0.1 m, and than 5 % of
 /// the extent of the points, from where the others (of three points: all) have it; empty if there

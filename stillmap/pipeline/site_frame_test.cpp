@@ -62,6 +62,35 @@ TEST(SiteFrame, PointsThatDetermineNoPoseAreRefused) {
   EXPECT_THAT(error_of([&] { align_to_site(points); }), HasSubstr("on a line"));
 }
 
+TEST(SiteFrame, PointsOnAPlanGiveThePoseOnTheFloor) {
+  const auto file = test::own_path("points.csv");
+  const SitePlan plan{0.02, 500};
+  // A map whose y axis points down, 1.5 m above the floor, turned by 0.7 on a plan.
+  const Pose T_level_map(
+      Eigen::Quaterniond::FromTwoVectors(-Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ())
+          .toRotationMatrix(),
+      {0, 0, 1.5});
+  const Pose T_site_map = Pose(so3_exp({0, 0, 0.7}), {3, 4, 0}) * T_level_map;
+  std::string text;
+  for (const Eigen::Vector3d& p :
+       {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(4, 0.3, 1), Eigen::Vector3d(1, -1, 3)}) {
+    const Eigen::Vector3d p_site = T_site_map * p;
+    text += fmt::format("p{},{},{},{},{},{}\n", p.x(), p.x(), p.y(), p.z(), p_site.x() / 0.02,
+                        500 - p_site.y() / 0.02);
+  }
+  write_file(file, text);
+  std::vector<KnownPoint> points = read_known_points(file, {}, plan);
+  const SiteAlignment alignment = align_to_plan(points, T_level_map);
+  EXPECT_LT((alignment.T_site_map.inverse() * T_site_map).translation().norm(), 1e-4);
+  EXPECT_LT(alignment.T_site_map.quaternion().angularDistance(T_site_map.quaternion()), 1e-4);
+  for (const double error : alignment.errors) EXPECT_LT(error, 1e-4);
+  for (KnownPoint& p : points) p.p_site.x() *= -1;
+  EXPECT_THAT(error_of([&] { align_to_plan(points, T_level_map); }), HasSubstr("mirrored"));
+  write_file(file, "a,0,0,0,0,0,0\n");
+  EXPECT_THAT(error_of([&] { read_known_points(file, {}, plan); }),
+              HasSubstr("7 values, not 6 or 3"));
+}
+
 TEST(SiteFrame, KnownPointsAreReadFromText) {
   const auto file = test::own_path("points.csv");
   write_file(file, "# name, map, site\ndoor,1,2.5,-3,10,20,30\n\nlamp; 1e-1; 0; 0; 1; 2; 3\r\n");

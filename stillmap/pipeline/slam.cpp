@@ -368,13 +368,7 @@ std::vector<MovingObject> Slam::movers() const {
 
 std::vector<ObjectChange> Slam::changes() const {
   impl_->require_running("Slam::changes");
-  std::vector<ObjectChange> changes;
-  for (const MapChange& found : newest_changes(impl_->system.saved_map(kWriter), impl_->dense)) {
-    ObjectChange& change = changes.emplace_back(ObjectChange{class_of(found), {}, {}});
-    if (found.before) change.before = found.before->box;
-    if (found.after) change.after = found.after->box;
-  }
-  return changes;
+  return object_changes(newest_changes(impl_->system.saved_map(kWriter), impl_->dense));
 }
 
 Subscription Slam::on_pose(std::function<void(const PoseUpdate&)> call) {
