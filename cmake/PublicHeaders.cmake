@@ -11,7 +11,6 @@ set(STILLMAP_PUBLIC_HEADERS
   geometry/pose.hpp
   geometry/trajectory.hpp
   options.hpp
-  saved_maps.hpp
   segment/detector.hpp
   segment/instance.hpp
   sensor/frame_source.hpp

@@ -31,7 +31,7 @@ MODULE_CALL = re.compile(r"^\s*stillmap_module\s*\(([^)]*)\)", re.MULTILINE)
 KEYWORD = re.compile(r"[A-Z_]+")
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"')
 PUBLIC_HEADER = re.compile(r"^stillmap/\w+\.hpp$")  # every module may include these
-PUBLIC_HEADERS_OF = {"stillmap/evaluate.hpp": "evaluate", "stillmap/options.hpp": "config", "stillmap/saved_maps.hpp": "pipeline",
+PUBLIC_HEADERS_OF = {"stillmap/evaluate.hpp": "evaluate", "stillmap/options.hpp": "config",
                      "stillmap/write_results.hpp": "report"}  # unless a module implements them
 TEST_SOURCE = re.compile(r"_(test|benchmark)\.(cpp|hpp)$")
 

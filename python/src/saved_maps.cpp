@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/saved_maps.hpp"
+#include "stillmap/slam.hpp"
 
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/saved_maps.hpp"
+#include "stillmap/slam.hpp"
 
 #include "stillmap/pipeline/map_changes.hpp"
 #include "stillmap/pipeline/merge_maps.hpp"
