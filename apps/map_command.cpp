@@ -54,6 +54,10 @@ struct MapArguments {
 
 const std::vector<std::string> kFormats{"colmap", "colmap-text", "nerfstudio", "las"};
 
+void make_folder_of(const fs::path& file) {
+  if (file.has_parent_path()) make_output_folder(file.parent_path());
+}
+
 /// Returns the exit code for a map, and tells damage of its file.
 int code_for(const SavedMap& map) {
   if (map.damage.empty()) return kSuccess;
@@ -88,7 +92,7 @@ int slim(const MapArguments& arguments) {
   }
   SavedMap saved = read_saved_map(arguments.file);
   saved.views.clear();
-  if (out.has_parent_path()) make_output_folder(out.parent_path());
+  make_folder_of(out);
   write_saved_map(out, saved);
   print_out("written: {} ({:.2f} MB of {:.2f})\n", out.string(),
             static_cast<double>(fs::file_size(out)) / 1e6,
@@ -136,8 +140,7 @@ int report_alignment(const std::vector<KnownPoint>& points, const SiteAlignment&
 
 void write_aligned(const MapArguments& arguments, const Pose& T_site_map, SavedMap& saved) {
   move_world(saved.map, T_site_map);
-  if (const fs::path folder = fs::path(arguments.out).parent_path(); !folder.empty())
-    make_output_folder(folder);
+  make_folder_of(arguments.out);
   write_saved_map(arguments.out, saved);
   print_out("written: {}\n", arguments.out);
 }
@@ -178,8 +181,7 @@ int align(const MapArguments& arguments) {
 }
 
 int merge(const MapArguments& arguments) {
-  if (const fs::path folder = fs::path(arguments.out).parent_path(); !folder.empty())
-    make_output_folder(folder);
+  make_folder_of(arguments.out);
   require_replaceable(arguments.out, is_saved_map, arguments.force);
   require_replaceable(arguments.json, is_figures_file, arguments.force);
   for (const std::string& file : arguments.files) {
@@ -373,9 +375,8 @@ void write_scene_files(const MapArguments& arguments, const SavedMap& saved, Res
   };
   const PlacedMap placed = placed_map(arguments, saved);
   const Cloud cloud = cloud_of(placed).cloud;
-  if (wanted("las")) {
+  if (wanted("las"))
     folder.write_text("cloud.las", las_bytes(cloud, upright_frame(search_floor(placed, {}))));
-  }
   if (arguments.formats.size() == 1 && wanted("las")) return;
   const PosedImages images = write_images(arguments, placed, wanted("nerfstudio"), folder);
   if (wanted("colmap")) write_colmap(images, cloud, ColmapFormat::kBinary, folder);

@@ -23,6 +23,11 @@ def stillmap(*arguments):
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
 
 
+def poses_in(file):
+    """Returns the rows of a trajectory without their times: x, y, z, and the quaternion x, y, z, w."""
+    return [list(map(float, line.split()[1:])) for line in file.read_text().splitlines() if line[0] != "#"]
+
+
 class SavedMaps(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -267,23 +272,17 @@ for model in models:
         for name, file in (("there", aligned), ("here", self.map)):
             found = self.run_sequence(name, "--load-map", file, "--localize-only")
             self.assertEqual(found.returncode, 0, found.stderr)
-        there, here = ([list(map(float, line.split())) for line in (self.folder / name / "trajectory.txt").read_text().splitlines()
-                        if not line.startswith("#")] for name in ("there", "here"))
+        there, here = (poses_in(self.folder / name / "trajectory.txt") for name in ("there", "here"))
         self.assertEqual(len(there), len(here))
         for a, b in zip(there, here):
-            for x, y in zip(a[1:4], at_site(*b[1:4])):
+            for x, y in zip(a[:3], at_site(*b[:3])):
                 self.assertAlmostEqual(x, y, delta=1e-3)
         survey.write_text("a,0,0,0,1,1,1\n")
         self.refused(stillmap("map", "align", self.map, "--points", survey, "--out", aligned), 1, "1 points, too few")
 
     def test_a_map_is_aligned_with_a_floor_plan(self):
         """Any image is the plan: 320 x 240 pixels of 3 cm. Its truth is that of the room, whose floor is at z = 0."""
-        def numbers(line):
-            return list(map(float, line.split()[1:]))
-
-        def rows(file):
-            return [numbers(line) for line in file.read_text().splitlines() if line[0] != "#"]
-        truth = rows(self.sequence / "groundtruth.txt")
+        truth = poses_in(self.sequence / "groundtruth.txt")
 
         def at_site(p):  # by the pose of the first camera, which is the frame of the map
             *t, x, y, z, w = truth[0]
@@ -300,7 +299,7 @@ for model in models:
         self.assertEqual(shown.returncode, 0, shown.stdout + shown.stderr)
         self.assertNotEqual((self.folder / "on_plan.plan.png").read_bytes(), plan.read_bytes())
         self.assertEqual(self.run_sequence("on_plan", "--load-map", aligned, "--localize-only", "--planner").returncode, 0)
-        found = rows(self.folder / "on_plan" / "trajectory.txt")
+        found = poses_in(self.folder / "on_plan" / "trajectory.txt")
         self.assertEqual(len(found), len(truth))
         for a, b in zip(found, truth):
             for x, y in zip(a[:3], b):

@@ -298,7 +298,7 @@ def test_saved_maps_are_merged(frames, camera, tmp_path):
         slam.save_map(file)
     pair, = stillmap.merge_maps(files, tmp_path / "all.map")
     assert (pair.a, pair.b) == tuple(files)
-    assert pair.connected == (pair.places > 1) == (pair.reason == "")
+    assert pair.connected and pair.places > 1 and pair.reason == ""
     again = stillmap.Slam(camera, load_map=tmp_path / "all.map", extend_map=False)
     assert [again.push(frame) for frame in frames[3:6]][-1].state == "tracked"
     with pytest.raises(stillmap.Error, match="needs at least two maps"):

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/slam.hpp"
-
 #include "stillmap/pipeline/map_changes.hpp"
 #include "stillmap/pipeline/merge_maps.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
+#include "stillmap/slam.hpp"
 
 #include <utility>
 

@@ -33,6 +33,10 @@ struct SitePlan {
   Eigen::Vector3d at_site(double column, double row) const {
     return {column * scale, (rows - row) * scale, 0};
   }
+  /// Returns the column and the row of a point at the site.
+  Eigen::Vector2d in_image(const Eigen::Vector3d& p_site) const {
+    return {p_site.x() / scale, rows - p_site.y() / scale};
+  }
 };
 
 /// Reads lines "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m]; or

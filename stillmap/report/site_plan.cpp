@@ -12,10 +12,7 @@
 namespace stillmap {
 
 cv::Mat3b read_plan_image(const std::filesystem::path& file) {
-  const auto [header, problem] = read_image_header(file);
-  const std::string reason = problem.empty() ? color_problem(header) : problem;
-  if (!reason.empty()) throw Error(reason, file.string(), "give a PNG, JPEG or TIFF image");
-  const ImageRead read = read_color_image(file, header.size);
+  const ImageRead read = read_color_image(file, read_image_header(file).header.size);
   if (!read.problem.empty())
     throw Error(read.problem, file.string(), "give a PNG, JPEG or TIFF image");
   return read.image;
@@ -28,9 +25,8 @@ void draw_on_plan(const std::vector<Surfel>& surfels, const SitePlan& plan, cv::
   for (const Surfel& surfel : surfels) {
     const Eigen::Vector3d& p = surfel.point;
     if (p.z() < kLowest || p.z() > kHighest) continue;
-    const cv::Point at(static_cast<int>(std::floor(p.x() / plan.scale)),
-                       plan.rows - 1 - static_cast<int>(std::floor(p.y() / plan.scale)));
-    cv::circle(image, at, radius, color, cv::FILLED);
+    const Eigen::Vector2i at = plan.in_image(p).array().floor().matrix().cast<int>();
+    cv::circle(image, {at.x(), at.y()}, radius, color, cv::FILLED);
   }
 }
 
