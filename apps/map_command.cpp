@@ -153,8 +153,7 @@ int align_with_plan(const MapArguments& arguments) {
   cv::Mat3b image = read_plan_image(arguments.plan);
   const SitePlan plan{*arguments.scale, image.rows};
   SavedMap saved = read_saved_map(arguments.file);
-  const std::vector<KnownPoint> points =
-      read_known_points(arguments.points, tag_centers(saved.map), plan);
+  const std::vector<KnownPoint> points = read_known_points(arguments.points, saved, plan);
   SearchedFloor floor = search_floor(placed_map(arguments, saved), {});
   if (!floor.finding.floor)
     throw Error("the floor is unknown: " + floor.finding.reason, arguments.file,
@@ -173,8 +172,7 @@ int align(const MapArguments& arguments) {
   require_replaceable(arguments.out, is_saved_map, arguments.force);
   if (!arguments.plan.empty()) return align_with_plan(arguments);
   SavedMap saved = read_saved_map(arguments.file);
-  const std::vector<KnownPoint> points =
-      read_known_points(arguments.points, tag_centers(saved.map));
+  const std::vector<KnownPoint> points = read_known_points(arguments.points, saved);
   const SiteAlignment alignment = align_to_site(points);
   write_aligned(arguments, alignment.T_site_map, saved);
   return report_alignment(points, alignment, saved);
@@ -471,7 +469,9 @@ void add_map_command(CLI::App& app, int& exit_code) {
           "--points", arguments->points,
           "lines 'name,x,y,z,X,Y,Z': coordinates of three or more points in the map, as the view's "
           "Measure shows them, and at the site [m]; or 'tag36h11:7,X,Y,Z' for the center of a tag "
-          "that `map info` lists; with --plan U,V in place of X,Y,Z")
+          "that `map info` lists; or 'name@TIME,u,v,X,Y,Z' for a pixel of the undistorted image of "
+          "a "
+          "keyframe, whose times are in keyframes.txt; with --plan U,V in place of X,Y,Z")
       ->required();
   CLI::Option* plan = aligning->add_option(
       "--plan", arguments->plan,

@@ -35,14 +35,18 @@ std::vector<std::string> words_of(std::string line) {
   return words;
 }
 
-double coordinate(const std::string& word, const std::string& where) {
+double finite_number(const std::string& word, const std::string& where) {
   const auto number = number_of(word);
-  if (!number || !std::isfinite(*number))
-    throw Error("'" + word + "' is no number", where, "write coordinates with a decimal point");
-  if (std::abs(*number) > kFarthest)
+  if (number && std::isfinite(*number)) return *number;
+  throw Error("'" + word + "' is no number", where, "write numbers with a decimal point");
+}
+
+double coordinate(const std::string& word, const std::string& where) {
+  const double number = finite_number(word, where);
+  if (std::abs(number) > kFarthest)
     throw Error("has a coordinate beyond 10 km, where point clouds lose their millimeters", where,
                 "subtract the same offset from all coordinates at the site");
-  return *number;
+  return number;
 }
 
 using Words = std::span<const std::string>;
@@ -65,24 +69,101 @@ Eigen::Vector3d site_point(Words words, const std::optional<SitePlan>& plan,
   return plan->at_site(coordinate(words[0], where), coordinate(words[1], where));
 }
 
-KnownPoint point_of(Words words, const TagCenters& tags, const std::optional<SitePlan>& plan,
+Eigen::Vector3d tag_center(const std::string& name, const TagCenters& tags,
+                           const std::string& where) {
+  const auto tag = tags.find(name);
+  if (tag == tags.end()) throw Error("the map has no tag '" + name + "'", where, names_of(tags));
+  return tag->second;
+}
+
+/// Returns the only keyframe of a time in the world of the map.
+const Keyframe& keyframe_at(double time, const MapContent& map, const std::string& where) {
+  constexpr double kSameTime = 0.001;  // [s]
+  const Keyframe* nearest = nullptr;
+  int found = 0;
+  const auto distance = [&](const Keyframe& k) { return std::abs(k.timestamp - time); };
+  for (const Keyframe& keyframe : map.keyframes) {
+    if (keyframe.component != map.first.begin()->first) continue;
+    found += distance(keyframe) < kSameTime ? 1 : 0;
+    if (nearest == nullptr || distance(keyframe) < distance(*nearest)) nearest = &keyframe;
+  }
+  if (found == 1) return *nearest;
+  const std::string problem =
+      fmt::format("the map has {} keyframes of the time {:.6f}", found, time);
+  if (found > 1) throw Error(problem, where, "give the point by its coordinates in the map");
+  throw Error(problem, where,
+              nearest == nullptr
+                  ? "the map is empty"
+                  : fmt::format("the nearest is that of {:.6f}; keyframes.txt has all",
+                                nearest->timestamp));
+}
+
+/// Returns the median depth of the static surfaces of a view about a pixel of its image [m]; 0 if
+/// there is none.
+double depth_at(const DenseView& view, const Eigen::Vector2d& pixel) {
+  constexpr int kRadius = 2;  // [pixels of the image]
+  const int row = static_cast<int>(std::lround(pixel.y() / view.stride));
+  const int col = static_cast<int>(std::lround(pixel.x() / view.stride));
+  const int radius = std::max(1, kRadius / view.stride);
+  std::vector<std::uint16_t> depths;
+  for (int r = std::max(0, row - radius); r <= std::min(row + radius, view.depth.rows - 1); ++r) {
+    for (int c = std::max(0, col - radius); c <= std::min(col + radius, view.depth.cols - 1); ++c) {
+      if (view.is_static(r, c)) depths.push_back(view.depth(r, c));
+    }
+  }
+  if (depths.empty()) return 0;
+  const auto median = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), median, depths.end());
+  return *median * DenseView::kDepthUnit;
+}
+
+/// Returns the point of the map at a pixel of the keyframe of a time.
+Eigen::Vector3d point_at_pixel(double time, const Eigen::Vector2d& pixel, const SavedMap& saved,
+                               const std::string& where) {
+  const Keyframe& keyframe = keyframe_at(time, saved.map, where);
+  const auto view = std::ranges::find(saved.views, keyframe.id, &AnchoredView::anchor);
+  if (view == saved.views.end())
+    throw Error(fmt::format("the keyframe of {:.6f} has no depth image in the map", time), where,
+                "use another keyframe");
+  const double depth = depth_at(view->view, pixel);
+  if (depth == 0)
+    throw Error(fmt::format("pixel ({:g}, {:g}) shows no surface", pixel.x(), pixel.y()), where,
+                "use a pixel with depth, away from edges and moving things");
+  const Camera& camera = view->view.camera;
+  return keyframe.T_world_camera * view->T_anchor_camera *
+         camera.unproject(pixel.x() / view->view.stride, pixel.y() / view->view.stride, depth);
+}
+
+/// Returns the point of the map that a line names by a pixel "name@TIME,u,v".
+Eigen::Vector3d point_in_image(Words words, const SavedMap& saved, const std::string& where) {
+  const double time = finite_number(words[0].substr(words[0].rfind('@') + 1), where);
+  return point_at_pixel(time, {coordinate(words[1], where), coordinate(words[2], where)}, saved,
+                        where);
+}
+
+/// Returns the point of the map of the first words of a line.
+Eigen::Vector3d map_point(Words words, const SavedMap& saved, const std::string& where) {
+  if (words.size() == 1) return tag_center(words[0], tag_centers(saved.map), where);
+  if (words.size() == 3) return point_in_image(words, saved, where);
+  return coordinates(words.subspan(1), where);
+}
+
+KnownPoint point_of(Words words, const SavedMap& saved, const std::optional<SitePlan>& plan,
                     const std::string& where) {
   const std::size_t at_site = plan ? 2 : 3;
-  const std::size_t of_point = 1 + 3 + at_site, of_tag = 1 + at_site;
-  if (words.size() != of_point && words.size() != of_tag) {
+  const std::size_t in_map = words.size() - std::min(words.size(), at_site);
+  const bool pixel = in_map == 3 && words[0].find('@') != std::string::npos;
+  if (in_map != 4 && in_map != 1 && !pixel) {
     const char* site = plan ? "U,V" : "X,Y,Z";
     throw Error(
-        fmt::format("has {} values, not {} or {}", words.size(), of_point, of_tag), where,
+        fmt::format("has {} values", words.size()), where,
         fmt::format("write lines 'name,x,y,z,{0}': the coordinates in the map [m], and {1}; "
-                    "or 'tag36h11:7,{0}' for the center of a tag",
+                    "'tag36h11:7,{0}' for the center of a tag; or 'name@TIME,u,v,{0}' for a pixel "
+                    "of a keyframe",
                     site, plan ? "the pixel of the plan" : "those at the site [m]"));
   }
   const Eigen::Vector3d p_site = site_point(words.last(at_site), plan, where);
-  if (words.size() == of_point) return {words[0], coordinates(words.subspan(1), where), p_site};
-  const auto tag = tags.find(words[0]);
-  if (tag == tags.end())
-    throw Error("the map has no tag '" + words[0] + "'", where, names_of(tags));
-  return {words[0], tag->second, p_site};
+  return {words[0], map_point(words.first(in_map), saved, where), p_site};
 }
 
 /// The points in both frames, as columns.
@@ -147,7 +228,7 @@ TagCenters tag_centers(const MapContent& map) {
   return centers;
 }
 
-std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const TagCenters& tags,
+std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const SavedMap& saved,
                                           const std::optional<SitePlan>& plan) {
   std::istringstream lines(as_utf8(read_file(file)));
   std::vector<KnownPoint> points;
@@ -157,7 +238,7 @@ std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, con
     const auto words = words_of(line);
     if (words.empty() || words.front().starts_with('#')) continue;
     const std::string where = fmt::format("{}:{}", file.string(), number);
-    points.push_back(point_of(words, tags, plan, where));
+    points.push_back(point_of(words, saved, plan, where));
     if (std::ranges::count(points, points.back().name, &KnownPoint::name) > 1)
       throw Error("names '" + points.back().name + "' again", where, "name each point once");
   }

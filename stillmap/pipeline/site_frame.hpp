@@ -2,6 +2,7 @@
 #pragma once
 #include "stillmap/geometry/pose.hpp"
 #include "stillmap/map/map.hpp"
+#include "stillmap/pipeline/saved_map.hpp"
 
 #include <filesystem>
 #include <map>
@@ -40,11 +41,14 @@ struct SitePlan {
 };
 
 /// Reads lines "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m]; or
-/// "tag36h11:7,X,Y,Z" for the center of a tag in the map; with a plan its column and row [pixels]
-/// in place of X, Y, Z. They are separated by commas, semicolons, tabs or blanks; lines that begin
-/// with # are comments. Throws Error for other lines and tags, names that are there twice, and for
-/// coordinates beyond 10 km, which the single precision of point clouds resolves to 1 mm.
-std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const TagCenters& tags,
+/// "tag36h11:7,X,Y,Z" for the center of a tag in the map, or "name@TIME,u,v,X,Y,Z" for what the
+/// keyframe of that time [s] shows at column u and row v of its undistorted image [pixels]: the
+/// median depth of the surfaces of its view within two pixels. With a plan, its column and row
+/// [pixels] are in place of X, Y, Z. They are separated by commas, semicolons, tabs or blanks;
+/// lines that begin with # are comments. Throws Error for other lines, tags and keyframes, pixels
+/// without depth, names that are there twice, and for coordinates beyond 10 km, which the single
+/// precision of point clouds resolves to 1 mm.
+std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const SavedMap& saved,
                                           const std::optional<SitePlan>& plan = {});
 
 /// How a map lies at its site.

@@ -26,6 +26,52 @@ std::vector<KnownPoint> corners() {
   return points;
 }
 
+/// Adds the first and only keyframe of a component; both have its number.
+void add_keyframe(MapContent& map, std::uint32_t component) {
+  Keyframe keyframe;
+  keyframe.id = {component, 0};
+  keyframe.component = component;
+  map.keyframes.push_back(keyframe);
+  map.first[component] = keyframe.id;
+}
+
+/// Adds a corner of a tag that a keyframe shows.
+void add_corner(MapContent& map, std::uint32_t keyframe, std::uint32_t tag, std::uint8_t corner,
+                const Eigen::Vector3d& p_world) {
+  Landmark landmark;
+  landmark.p_world = p_world;
+  landmark.observations = {{{keyframe, 0}, corner}};
+  landmark.descriptor = descriptor_of({{0, tag}, corner});
+  map.landmarks.push_back(landmark);
+}
+
+/// A map of one keyframe, with the center of tag 7 at (5, 6, 7).
+SavedMap map_with_tag() {
+  SavedMap saved;
+  add_keyframe(saved.map, 0);
+  for (std::uint8_t c = 0; c < 4; ++c)
+    add_corner(saved.map, 0, 7, c, {c % 2 == 0 ? 4.0 : 6.0, c < 2 ? 5.0 : 7.0, 7});
+  return saved;
+}
+
+/// A map of one keyframe at 12.5 s whose view shows a wall 2 m ahead; its rows from 60 on show a
+/// person.
+SavedMap map_of_wall() {
+  SavedMap saved;
+  add_keyframe(saved.map, 0);
+  saved.map.keyframes[0].timestamp = 12.5;
+  saved.map.keyframes[0].T_world_camera = kSiteMap;
+  DenseView view;
+  view.camera.fx = view.camera.fy = 50;
+  view.camera.cx = 40, view.camera.cy = 30;
+  view.stride = 2;
+  view.depth = cv::Mat1w(60, 80, packed_depth(2));
+  view.kind = cv::Mat1b(60, 80, kStaticSurface);
+  view.kind.rowRange(30, 60) = kMoverSurface;
+  saved.views.push_back({{0, 0}, Pose(), view});
+  return saved;
+}
+
 TEST(SiteFrame, ExactPointsGiveTheExactPose) {
   const SiteAlignment alignment = align_to_site(corners());
   EXPECT_LT((alignment.T_site_map.inverse() * kSiteMap).translation().norm(), 1e-9);
@@ -87,8 +133,7 @@ TEST(SiteFrame, PointsOnAPlanGiveThePoseOnTheFloor) {
   for (KnownPoint& p : points) p.p_site.x() *= -1;
   EXPECT_THAT(error_of([&] { align_to_plan(points, T_level_map); }), HasSubstr("mirrored"));
   write_file(file, "a,0,0,0,0,0,0\n");
-  EXPECT_THAT(error_of([&] { read_known_points(file, {}, plan); }),
-              HasSubstr("7 values, not 6 or 3"));
+  EXPECT_THAT(error_of([&] { read_known_points(file, {}, plan); }), HasSubstr("7 values"));
 }
 
 TEST(SiteFrame, KnownPointsAreReadFromText) {
@@ -102,7 +147,7 @@ TEST(SiteFrame, KnownPointsAreReadFromText) {
   EXPECT_EQ(points[1].p_site, Eigen::Vector3d(1, 2, 3));
   const auto error_with = [&](const std::string& line) {
     write_file(file, "a,0,0,0,0,0,0\n" + line);
-    return error_of([&] { read_known_points(file, {{"tag36h11:7", {5, 6, 7}}}); });
+    return error_of([&] { read_known_points(file, map_with_tag()); });
   };
   EXPECT_THAT(error_with("b,0,0,0,0,0"), HasSubstr(":2: has 6 values"));
   EXPECT_THAT(error_with("tag36h11:8,1,2,3"), HasSubstr("it has tag36h11:7"));
@@ -117,7 +162,7 @@ TEST(SiteFrame, KnownPointsAreReadFromText) {
 TEST(SiteFrame, TheCenterOfATagIsAKnownPoint) {
   const auto file = test::own_path("points.csv");
   write_file(file, "tag36h11:7,1,2,3\n");
-  const auto points = read_known_points(file, {{"tag36h11:7", {5, 6, 7}}});
+  const auto points = read_known_points(file, map_with_tag());
   ASSERT_EQ(points.size(), 1U);
   EXPECT_EQ(points[0].name, "tag36h11:7");
   EXPECT_EQ(points[0].p_map, Eigen::Vector3d(5, 6, 7));
@@ -125,31 +170,34 @@ TEST(SiteFrame, TheCenterOfATagIsAKnownPoint) {
   std::filesystem::remove(file);
 }
 
-/// Adds the first and only keyframe of a component; both have its number.
-void add_keyframe(MapContent& map, std::uint32_t component) {
-  Keyframe keyframe;
-  keyframe.id = {component, 0};
-  keyframe.component = component;
-  map.keyframes.push_back(keyframe);
-  map.first[component] = keyframe.id;
+TEST(SiteFrame, APixelOfAKeyframeIsAKnownPoint) {
+  const auto file = test::own_path("points.csv");
+  const auto read = [&](const std::string& line) {
+    write_file(file, line);
+    return read_known_points(file, map_of_wall());
+  };
+  const auto points = read("corner@12.5,100,20,1,2,3\n");
+  ASSERT_EQ(points.size(), 1U);
+  // Half of the image's columns and rows: (50 - 40) / 50 and (10 - 30) / 50 at 2 m.
+  EXPECT_LT((points[0].p_map - kSiteMap * Eigen::Vector3d(0.4, -0.8, 2)).norm(), 1e-6);
+  EXPECT_EQ(points[0].p_site, Eigen::Vector3d(1, 2, 3));
+  const auto error_with = [&](const std::string& line) { return error_of([&] { read(line); }); };
+  EXPECT_THAT(error_with("corner@12.6,100,20,1,2,3\n"), HasSubstr("nearest is that of 12.500000"));
+  EXPECT_THAT(error_with("corner@12.5,100,80,1,2,3\n"), HasSubstr("(100, 80) shows no surface"));
+  EXPECT_THAT(error_with("corner@12.5,400,20,1,2,3\n"), HasSubstr("(400, 20) shows no surface"));
+  EXPECT_THAT(error_with("corner@noon,100,20,1,2,3\n"), HasSubstr("'noon' is no number"));
+  EXPECT_THAT(error_with("corner,100,20,1,2,3\n"), HasSubstr("6 values"));
+  std::filesystem::remove(file);
 }
 
 /// Two components, of which each has tag 7; of tag 8 one corner is missing.
 TEST(SiteFrame, CentersOfTagsAreThoseOfTheWorld) {
   MapContent map;
-  const auto add_corner = [&](std::uint32_t keyframe, std::uint32_t tag, std::uint8_t corner,
-                              const Eigen::Vector3d& p_world) {
-    Landmark landmark;
-    landmark.p_world = p_world;
-    landmark.observations = {{{keyframe, 0}, corner}};
-    landmark.descriptor = descriptor_of({{0, tag}, corner});
-    map.landmarks.push_back(landmark);
-  };
   for (std::uint32_t i = 0; i < 2; ++i) {
     add_keyframe(map, i);
     for (std::uint8_t c = 0; c < 4; ++c) {
-      add_corner(i, 7, c, {c * 0.1, 2.0 + i, c < 2 ? 1.0 : 2.0});
-      if (c < 3) add_corner(i, 8, c, {0, 0, 0});
+      add_corner(map, i, 7, c, {c * 0.1, 2.0 + i, c < 2 ? 1.0 : 2.0});
+      if (c < 3) add_corner(map, i, 8, c, {0, 0, 0});
     }
   }
   const TagCenters centers = tag_centers(map);
