@@ -3,7 +3,9 @@
 """Runs `stillmap batch --slurm` on Slurm itself, with two nodes on this computer: kills a run and a node midway, and
 compares all results with those of `stillmap batch`. Needs root, and the packages slurm-wlm and munge.
 
-  scripts/test_slurm.py PROGRAM [--recordings N]
+  scripts/test_slurm.py PROGRAM [--recordings N] [--throughput]
+
+With --throughput it also prints the recordings per hour on one node and on both, without failures.
 """
 import argparse
 import os
@@ -120,10 +122,20 @@ def differences(a, b):
                 yield f"{name}/{file}"
 
 
+def print_throughput(slurm, batch, folder, recordings):
+    for nodes, options in ((1, "--cpus-per-task=1 --exclude=node2"), (2, "--cpus-per-task=1")):
+        begin = time.monotonic()
+        run(*batch, "--out", folder / f"on_{nodes}", f"--slurm={options}")
+        slurm.wait_until(lambda: not slurm.ask("squeue", "-h"), 600, "the jobs do not end")
+        seconds = time.monotonic() - begin
+        print(f"{nodes} node(s): {seconds:.0f} s, {3600 * recordings / seconds:.0f} recordings per hour")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path)
     parser.add_argument("--recordings", type=int, default=20)
+    parser.add_argument("--throughput", action="store_true")
     arguments = parser.parse_args()
     missing = [tool for tool in TOOLS if not shutil.which(tool)]
     if missing or os.geteuid() != 0:
@@ -142,6 +154,8 @@ def main():
         slurm = Slurm(folder)
         try:
             slurm.wait_until(lambda: slurm.idle_nodes() == 2, 30, "the nodes do not start")
+            if arguments.throughput:
+                print_throughput(slurm, batch, folder, arguments.recordings)
             begin, out = time.monotonic(), folder / "results"
             run(*batch, "--out", out, "--merge", folder / "all.map", "--slurm=--cpus-per-task=1")
             runs = f"{program} run .*{out}"
