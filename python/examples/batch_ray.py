@@ -7,7 +7,6 @@
 All computers have Stillmap's wheel and see the folders of the recordings and OUT. Ray maps a recording again if its
 computer goes. Without a cluster it uses the cores of this computer. Tried with Ray 2.60.0.
 """
-import subprocess
 import sys
 from pathlib import Path
 
@@ -38,5 +37,5 @@ while waiting:
     maps.append(file)
     print(f"{begun[ready].name}: {text}, {len(waiting)} to come", flush=True)
 # The order of the maps does not matter, byte for byte.
-if len(maps) > 1:
-    sys.exit(subprocess.call([sys.executable, "-m", "stillmap", "map", "merge", *maps, "--out", out / "all.map"]))
+for pair in stillmap.merge_maps(maps, out / "all.map"):
+    print(f"{pair.a.parent.name}, {pair.b.parent.name}: {'connected' if pair.connected else pair.reason}")
