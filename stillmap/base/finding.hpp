@@ -83,6 +83,8 @@ inline constexpr std::array kFindingKinds = {
                 "the accelerometer contradicts the images and is left out"},
     FindingKind{"odometry-unlike", Severity::kWarning,
                 "the odometry of the wheels contradicts the images and is left out"},
+    FindingKind{"late-samples", Severity::kWarning,
+                "samples of the IMU or the wheels come after their frames"},
     FindingKind{"camera-rate", Severity::kWarning,
                 "the camera file has another frame rate than the recording"},
     FindingKind{"no-camera", Severity::kError, "the recording has no camera file"},

@@ -33,6 +33,21 @@ namespace {
 
 constexpr const char* kWriter = "libstillmap";  // the writer that a saved map names
 
+/// Returns the finding that more than a fifth of the pushed samples came too late.
+std::optional<Finding> late_samples(const char* sensor, const LateSamples& samples) {
+  constexpr std::size_t kShare = 5;
+  if (kShare * samples.late <= samples.added) return std::nullopt;
+  return make_finding(
+      "late-samples",
+      fmt::format("{} of {} samples of the {} came after the frame whose pose they should support, "
+                  "up to {:.3f} s late",
+                  samples.late, samples.added, sensor, samples.longest),
+      "push samples before the first frame that is not earlier; give both the same clock",
+      {{"late", static_cast<double>(samples.late)},
+       {"samples", static_cast<double>(samples.added)},
+       {"longest_s", samples.longest}});
+}
+
 /// Callbacks for one type of event. A subscription owns its callback and ends with it.
 template <typename Event>
 class Subscribers {
@@ -180,11 +195,19 @@ struct Slam::Impl {
   std::optional<RunJournal> journal;  // none: the results so far are not kept in a file
   std::atomic<bool> finished = false;
 
+  std::vector<Finding> findings() const;
   /// Throws Error if the run has ended.
   void require_running(const char* where) const {
     if (finished) throw Error("the run has ended with finish()", where, "make another Slam");
   }
 };
+
+std::vector<Finding> Slam::Impl::findings() const {
+  std::vector<Finding> all = check.findings();
+  if (auto late = late_samples("IMU", imu.late())) all.push_back(std::move(*late));
+  if (auto late = late_samples("wheels", odometry.late())) all.push_back(std::move(*late));
+  return all;
+}
 
 /// Counts a frame, and remembers that it is rectified.
 RgbdFramePtr Slam::Impl::made(RgbdFramePtr frame) {
@@ -217,9 +240,8 @@ void Slam::Impl::require_pushable(const RgbdFramePtr& frame) {
 
 PoseUpdate Slam::Impl::track(const RgbdFramePtr& frame) {
   auto tracked = std::make_shared<RgbdFrame>(options.input.half_size ? halved(*frame) : *frame);
-  if (tracked->imu.empty()) tracked->imu = samples_until(imu.samples(), frame->timestamp);
-  if (tracked->odometry.empty())
-    tracked->odometry = samples_until(odometry.samples(), frame->timestamp);
+  if (tracked->imu.empty()) tracked->imu = imu.take_until(frame->timestamp);
+  if (tracked->odometry.empty()) tracked->odometry = odometry.take_until(frame->timestamp);
   system.push(tracked);
   check.add(*tracked);
   return pose_update(*system.newest(), system.view());
@@ -353,7 +375,7 @@ std::vector<WarningEvent> Slam::warnings() const {
   return impl_->watched->monitor.active();
 }
 
-std::vector<Finding> Slam::findings() const { return impl_->check.findings(); }
+std::vector<Finding> Slam::findings() const { return impl_->findings(); }
 
 std::optional<ObservedFrame> Slam::newest() const {
   if (!impl_->system.newest()) return std::nullopt;
@@ -404,7 +426,7 @@ Results Slam::finish() {
   details->frames = details->result.frames.size();
   if (impl_->options.dense.enabled) details->map = impl_->system.saved_map(kWriter);
   details->seconds = impl_->watch.milliseconds() / 1000;
-  details->findings = impl_->check.findings();
+  details->findings = impl_->findings();
   append(run_findings(*details), details->findings);
   Results results = results_of(details);
   impl_->system.show(results.cloud);

@@ -111,6 +111,32 @@ TEST(SlamApi, PushedSamplesOfTheImuActAsThoseOfTheFrames) {
   EXPECT_FALSE(same_bytes(trajectory(false, false), of_frames)) << "they have no effect";
 }
 
+/// Each frame is pushed before the samples of the 20 ms before it.
+TEST(SlamApi, SamplesAfterTheirFramesAreFound) {
+  const auto findings = [](double delay) {
+    SimulatedSequence sequence = with_imu();
+    Slam slam(sequence.camera(), small_options());
+    double pushed = -1;
+    while (const RgbdFramePtr frame = sequence.next()) {
+      for (const ImuSample& sample : frame->imu) {
+        if (sample.timestamp <= pushed || sample.timestamp > frame->timestamp - delay) continue;
+        slam.push_imu(sample);
+        pushed = sample.timestamp;
+      }
+      auto copy = std::make_shared<RgbdFrame>(*frame);
+      copy->imu.clear();
+      slam.push(copy);
+    }
+    return slam.findings();
+  };
+  EXPECT_THAT(findings(0), testing::Not(testing::Contains(testing::Field(&Finding::code, "late-samples"))));
+  const std::vector<Finding> late = findings(0.02);
+  const auto found = std::ranges::find(late, "late-samples", &Finding::code);
+  ASSERT_NE(found, late.end());
+  EXPECT_GT(found->evidence.at("longest_s"), 0.015);
+  EXPECT_LT(found->evidence.at("longest_s"), 0.021);
+}
+
 TEST(SlamApi, APushedOdometryGivesThePoseInTheDark) {
   const Recording& rec = recording(0, "xyz");
   Camera camera = rec.sequence->camera();

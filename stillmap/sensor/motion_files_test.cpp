@@ -112,6 +112,16 @@ TEST(SampleBuffer, SortsSamplesAndForgetsOldOnes) {
   EXPECT_GT(buffer.samples().front().timestamp, 5);
 }
 
+TEST(SampleBuffer, CountsSamplesThatComeAfterTheirFrame) {
+  SampleBuffer<ImuSample> buffer;
+  for (const double time : {1.0, 2.0, 4.0}) buffer.add({.timestamp = time});
+  EXPECT_THAT(buffer.take_until(2.5), SizeIs(2)) << "of the last second, and the next one";
+  for (const double time : {2.25, 2.5, 3.0, 1.5, 4.0}) buffer.add({.timestamp = time});
+  EXPECT_EQ(buffer.late().added, 7U) << "4.0 is there";
+  EXPECT_EQ(buffer.late().late, 3U);
+  EXPECT_EQ(buffer.late().longest, 1.0);
+}
+
 TEST_F(ImuFile, CameraFilesNameTheUnit) {
   const auto with = [&](const std::string& lines) {
     write_camera(sequence_.path("camera.yaml"), TestSequence::camera());

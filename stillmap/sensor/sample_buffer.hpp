@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <algorithm>
+#include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace stillmap {
@@ -18,6 +20,12 @@ std::vector<Sample> samples_until(const std::vector<Sample>& samples, double tim
   return {begin, end};
 }
 
+/// Samples that came after the frame whose pose they should have supported.
+struct LateSamples {
+  std::size_t added = 0, late = 0;
+  double longest = 0;  ///< Time between the latest sample and that frame [s].
+};
+
 /// The newest samples of an IMU or of wheels that are read while the frames come.
 template <typename Sample>
 class SampleBuffer {
@@ -31,16 +39,33 @@ class SampleBuffer {
         std::lower_bound(samples_.begin(), samples_.end(), sample.timestamp, is_earlier);
     if (at != samples_.end() && at->timestamp == sample.timestamp) return;
     samples_.insert(at, sample);
+    count(sample.timestamp);
     const double oldest = samples_.back().timestamp - kKept;
     // Half of the samples at a time, so that moving the others costs little.
     if (samples_[samples_.size() / 2].timestamp < oldest)
       samples_.erase(samples_.begin(),
                      std::lower_bound(samples_.begin(), samples_.end(), oldest, is_earlier));
   }
+  /// Returns samples_until() the time of a frame. Earlier samples that are added from now on are
+  /// late.
+  std::vector<Sample> take_until(double timestamp) {
+    taken_until_ = timestamp;
+    return samples_until(samples_, timestamp);
+  }
   const std::vector<Sample>& samples() const { return samples_; }
+  const LateSamples& late() const { return late_; }
 
  private:
+  void count(double timestamp) {
+    ++late_.added;
+    if (timestamp > taken_until_) return;
+    ++late_.late;
+    late_.longest = std::max(late_.longest, taken_until_ - timestamp);
+  }
+
   std::vector<Sample> samples_;  // by increasing time
+  double taken_until_ = -std::numeric_limits<double>::infinity();
+  LateSamples late_;
 };
 
 }  // namespace stillmap
