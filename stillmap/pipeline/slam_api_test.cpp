@@ -129,7 +129,8 @@ TEST(SlamApi, SamplesAfterTheirFramesAreFound) {
     }
     return slam.findings();
   };
-  EXPECT_THAT(findings(0), testing::Not(testing::Contains(testing::Field(&Finding::code, "late-samples"))));
+  EXPECT_THAT(findings(0),
+              testing::Not(testing::Contains(testing::Field(&Finding::code, "late-samples"))));
   const std::vector<Finding> late = findings(0.02);
   const auto found = std::ranges::find(late, "late-samples", &Finding::code);
   ASSERT_NE(found, late.end());

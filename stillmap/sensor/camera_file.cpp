@@ -131,6 +131,16 @@ std::string motion_text(const char* key, const Pose& T) {
   return text + "0, 0, 0, 1]\n";
 }
 
+/// Returns the lines of the noise that is not that of the IMU's name.
+std::string noise_text(const Imu& imu) {
+  const Imu known = find_imu(imu.name);
+  std::string text;
+  for (const auto& [key, value] : kImuNoiseKeys) {
+    if (imu.*value != known.*value) text += fmt::format("{}: {}\n", key, imu.*value);
+  }
+  return text;
+}
+
 }  // namespace
 
 const std::vector<std::string>& camera_presets() {
@@ -210,7 +220,7 @@ void write_camera(const fs::path& file, const Camera& camera) {
                         camera.disparity_bias.bow);
   }
   if (camera.imu) {
-    text += fmt::format("imu: {}\n", camera.imu->name) +
+    text += fmt::format("imu: {}\n", camera.imu->name) + noise_text(*camera.imu) +
             motion_text("T_camera_imu", camera.imu->T_camera_imu);
     text += fmt::format(
         "imu_time_offset: {}  # seconds, stamp of a sample minus time of an image of the same "

@@ -95,27 +95,28 @@ LensDistortion lens_of_list(const CameraValues& values, const std::string& model
 // ---- our own format
 
 void refuse_unknown_keys(const CameraValues& values) {
-  const Keys known{"name",
-                   "width",
-                   "height",
-                   "fx",
-                   "fy",
-                   "cx",
-                   "cy",
-                   "distortion",
-                   "depth_factor",
-                   "fps",
-                   "baseline",
-                   "sensor",
-                   "readout",
-                   "depth_delay",
-                   "disparity_offset",
-                   "disparity_bow",
-                   "ignore",
-                   "imu",
-                   "T_camera_imu",
-                   "T_camera_base",
-                   "imu_time_offset"};
+  Keys known{"name",
+             "width",
+             "height",
+             "fx",
+             "fy",
+             "cx",
+             "cy",
+             "distortion",
+             "depth_factor",
+             "fps",
+             "baseline",
+             "sensor",
+             "readout",
+             "depth_delay",
+             "disparity_offset",
+             "disparity_bow",
+             "ignore",
+             "imu",
+             "T_camera_imu",
+             "T_camera_base",
+             "imu_time_offset"};
+  for (const auto& noise : kImuNoiseKeys) known.emplace_back(noise.key);
   for (const auto& key : values.keys()) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     throw Error("is not a key of a camera file", values.where(key), suggestion(key, known));
@@ -133,7 +134,7 @@ DepthSensor sensor_of(const CameraValues& values, const Camera& camera) {
 }
 
 /// Returns the rigid motion of a key.
-Pose motion_of(const CameraValues& values, const char* key) {
+Pose motion_of(const CameraValues& values, const std::string& key) {
   const std::vector<double> v = values.matrix(key, 16);
   const auto T = rigid_motion(std::span(v).first<16>());
   if (T) return *T;
@@ -141,15 +142,28 @@ Pose motion_of(const CameraValues& values, const char* key) {
               "give a rotation and a translation [m] as a 4 x 4 matrix, row by row");
 }
 
+/// Sets the noise for which the file has keys.
+void set_noise(Imu& imu, const CameraValues& values) {
+  for (const auto& [key, value] : kImuNoiseKeys) {
+    imu.*value = values.number_or({key}, imu.*value);
+    if (!(imu.*value > 0 && std::isfinite(imu.*value)))
+      throw Error(fmt::format("is {}, not positive", imu.*value), values.where(key),
+                  "give the standard deviation per root of hertz, or leave the line out");
+  }
+}
+
 std::optional<Imu> imu_of(const CameraValues& values) {
   if (!values.has({"imu"})) {
-    if (const auto key = values.find({"T_camera_imu", "imu_time_offset"}))
+    Keys of_imu{"T_camera_imu", "imu_time_offset"};
+    for (const auto& noise : kImuNoiseKeys) of_imu.emplace_back(noise.key);
+    if (const auto key = values.find(of_imu))
       throw Error(
           "is given without an imu", values.where(*key),
           fmt::format("add the line 'imu: NAME' with one of {}", fmt::join(imu_names(), ", ")));
     return std::nullopt;
   }
   Imu imu = find_imu(values.text("imu"));
+  set_noise(imu, values);
   imu.time_offset = values.number_or({"imu_time_offset"}, 0);
   if (values.has({"T_camera_imu"})) imu.T_camera_imu = motion_of(values, "T_camera_imu");
   return imu;
@@ -281,6 +295,17 @@ FileCamera from_realsense(const CameraValues& values) {
   return camera;
 }
 
+/// The IMU of a camera of Kalibr's camera chain; its noise is in the same file if the user has
+/// added the lines of imu.yaml.
+std::optional<Imu> kalibr_imu(const CameraValues& values, const std::string& prefix) {
+  if (!values.has({prefix + "T_cam_imu"})) return std::nullopt;
+  Imu imu;
+  set_noise(imu, values);
+  imu.T_camera_imu = motion_of(values, prefix + "T_cam_imu");
+  imu.time_offset = values.number_or({prefix + "timeshift_cam_imu"}, 0);
+  return imu;
+}
+
 /// The first camera of a camera chain of Kalibr (cam0), or sensor.yaml of EuRoC (no prefix).
 FileCamera from_kalibr(const CameraValues& values, const std::string& prefix) {
   require_model(values, prefix + "camera_model");
@@ -292,8 +317,9 @@ FileCamera from_kalibr(const CameraValues& values, const std::string& prefix) {
   camera.lens =
       lens_of_list(values, text_or_none(values, prefix + "distortion_model"),
                    prefix + (prefix.empty() ? "distortion_coefficients" : "distortion_coeffs"));
-  camera.fps = values.number_or({"rate_hz"}, camera.fps);
+  if (prefix.empty()) camera.fps = values.number_or({"rate_hz"}, camera.fps);  // else of the IMU
   camera.depth_factor = values.number_or({"depth_factor", prefix + "depth_factor"}, kMillimeters);
+  camera.imu = kalibr_imu(values, prefix);
   return camera;
 }
 

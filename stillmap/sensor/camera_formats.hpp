@@ -3,9 +3,23 @@
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/recording/camera_model.hpp"
 
+#include <array>
 #include <filesystem>
 
 namespace stillmap {
+
+/// A key of an IMU's noise in camera files, in the units of Imu.
+struct ImuNoiseKey {
+  const char* key;
+  double Imu::*value;
+};
+
+/// The keys of Kalibr's and EuRoC's files.
+inline constexpr std::array<ImuNoiseKey, 4> kImuNoiseKeys{
+    {{"gyroscope_noise_density", &Imu::gyro_noise},
+     {"gyroscope_random_walk", &Imu::gyro_walk},
+     {"accelerometer_noise_density", &Imu::accel_noise},
+     {"accelerometer_random_walk", &Imu::accel_walk}}};
 
 /// A camera as a file describes it.
 struct FileCamera : Camera {

@@ -451,6 +451,16 @@ TEST(CameraFiles, OfKalibrAreRead) {
   EXPECT_EQ(camera.depth_factor, 1000);
   EXPECT_EQ(read("radtan\n  depth_factor: 5000").depth_factor, 5000);
   EXPECT_THAT(error_of([&] { read("fov"); }), HasSubstr("rectify"));
+  EXPECT_FALSE(camera.imu);
+  const Imu imu = *read(
+                       "radtan\n  T_cam_imu:\n  - [0.0, -1.0, 0.0, 0.1]\n  - [1.0, 0.0, 0.0, 0.2]\n"
+                       "  - [0.0, 0.0, 1.0, 0.3]\n  - [0.0, 0.0, 0.0, 1.0]\n"
+                       "  timeshift_cam_imu: 0.015")
+                       .imu;
+  EXPECT_EQ(imu.T_camera_imu.translation(), Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_TRUE((imu.T_camera_imu.rotation() * Eigen::Vector3d::UnitX())
+                  .isApprox(Eigen::Vector3d::UnitY(), 1e-9));
+  EXPECT_EQ(imu.time_offset, 0.015);
 }
 
 TEST(CameraFiles, WithThePrincipalPointInACornerAreRefused) {

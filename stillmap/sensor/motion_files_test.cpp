@@ -83,6 +83,20 @@ TEST_F(ImuFile, FramesHaveTheSamplesOfTheLastSecondByTheClockOfTheImages) {
   }
 }
 
+TEST_F(ImuFile, CameraFilesKeepTheNoise) {
+  Camera camera = TestSequence::camera();
+  camera.imu = find_imu("d435i");
+  camera.imu->gyro_noise = 0.25;
+  camera.imu->accel_walk = 0.125;
+  const auto file = sequence_.path("camera.yaml");
+  write_camera(file, camera);
+  const Camera found = read_camera(file.string());
+  EXPECT_EQ(found.imu->gyro_noise, 0.25);
+  EXPECT_EQ(found.imu->accel_walk, 0.125);
+  EXPECT_EQ(found.imu->accel_noise, find_imu("d435i").accel_noise);
+  EXPECT_THAT(read_file(file), testing::Not(HasSubstr("accelerometer_noise_density")));
+}
+
 TEST_F(ImuFile, FramesHaveTheOdometryOfAFolderWhoseCameraIsOnWheels) {
   Camera camera = TestSequence::camera();
   const std::vector<OdometrySample> samples{{99.9, Pose()},
@@ -130,6 +144,8 @@ TEST_F(ImuFile, CameraFilesNameTheUnit) {
   };
   EXPECT_THAT(with("imu: d435\n"), HasSubstr("d435i"));
   EXPECT_THAT(with("imu_time_offset: 0.1\n"), HasSubstr("is given without an imu"));
+  EXPECT_THAT(with("gyroscope_random_walk: 0.1\n"), HasSubstr("is given without an imu"));
+  EXPECT_THAT(with("imu: d455\ngyroscope_random_walk: -1\n"), HasSubstr("not positive"));
   EXPECT_THAT(with("imu: d455\nT_camera_imu: [2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n"),
               HasSubstr("is no rigid motion"));
 }
