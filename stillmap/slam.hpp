@@ -275,7 +275,8 @@ class Slam {
 
   /// Adds a sample of the camera's IMU (Camera::imu). The samples of the time since the frame
   /// before support the pose of a frame; those that come after it do not. A frame of a FrameSource
-  /// with samples of its own uses those.
+  /// with samples of its own uses those. If more than a fifth come too late, findings() has
+  /// `late-samples`.
   /// @param sample  with the time stamp of the IMU: Imu::time_offset is taken off
   /// Throws Error if the camera has no IMU, and for numbers that are not finite.
   void push_imu(const ImuSample& sample);
@@ -360,13 +361,48 @@ struct MergedPair {
   std::string reason;      ///< Without places: the test that the most similar keyframes failed.
 };
 
+/// Cells of a NavigationGrid, and the heights of obstacles above the floor [m].
+struct NavigationGridOptions {
+  double cell = 0.05;  ///< Side of a cell.
+  double lowest = 0.1, highest = 1.8;
+  double radius = 0.2;  ///< Of the robot: so far about its way the cells are free.
+};
+
+/// A grid for planners on the floor of a frame `map`: z upwards, the floor at z = 0. Cell (row,
+/// column) begins at origin + cell * (column, row).
+struct NavigationGrid {
+  double cell = 0;                                   ///< Side of a cell [m].
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< [m]
+  /// 0 free, 100 occupied, -1 unknown: as in nav_msgs/OccupancyGrid.
+  cv::Mat_<std::int8_t> cells;
+  /// Euclidean distance of a cell's center from that of the nearest occupied cell [m]; infinite if
+  /// there is none.
+  cv::Mat1f distances;
+
+  /// Returns the distance at a position between cells, by bilinear interpolation; none outside.
+  std::optional<double> distance_at(const Eigen::Vector2d& p_map) const;
+};
+
+/// Returns the grid of static surfaces, such as those of Snapshot::cloud during a run. A cell is
+/// occupied if surfaces are in it between the two heights. Otherwise it is free if floor was seen
+/// in it, or if the robot drove over it. None without surfaces and way.
+/// @param way          positions of the robot's base in the world frame [m]
+/// @param T_map_world  the same for all grids of a run: by the mounting of the camera, or as in
+///                     floor.json
+/// Throws Error for options out of range.
+std::optional<NavigationGrid> navigation_grid(const Cloud& cloud,
+                                              const std::vector<Eigen::Vector3d>& way,
+                                              const Pose& T_map_world,
+                                              const NavigationGridOptions& options = {});
+
 /// Merges saved maps, also of different cameras, in one file; see `stillmap map merge`. The world
-/// is that of the oldest map, and what nothing connects stays apart. The result does not depend on
+/// is that of the map in the frame of a site, else of the oldest, and what nothing connects stays
+/// apart. The result does not depend on
 /// the order of the maps.
 /// @param maps  map files or folders of runs, two or more
 /// @returns all pairs of maps
-/// Throws Error for a map that cannot be read or is given twice, for maps of different pyramids,
-/// and if the file cannot be written.
+/// Throws Error for a map that cannot be read or is given twice, for maps of different pyramids, if
+/// the file is one of the maps, or exists and is no map, and if it cannot be written.
 std::vector<MergedPair> merge_saved_maps(const std::vector<std::filesystem::path>& maps,
                                          const std::filesystem::path& out,
                                          const Options& options = {});

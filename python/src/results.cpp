@@ -130,6 +130,65 @@ void bind_cloud(py::module_& module) {
       py::arg("file"), py::call_guard<py::gil_scoped_release>(), "Reads the points of a PLY file.");
 }
 
+using GridPtr = std::shared_ptr<NavigationGrid>;
+
+/// Returns the values of an image of the grid's cells.
+template <typename Value>
+py::object cells_of(const GridPtr& grid, const cv::Mat_<Value>& cells, const char* format) {
+  constexpr py::ssize_t kItem = sizeof(Value);
+  return array_of(Memory{
+      grid, cells.data, format, kItem, {cells.rows, cells.cols}, {kItem * cells.cols, kItem}});
+}
+
+GridPtr grid_of(const Cloud& cloud, const Matrix4& T_map_world,
+                const std::vector<Eigen::Vector3d>& way, const NavigationGridOptions& options) {
+  auto grid = navigation_grid(cloud, way, motion_of(T_map_world, "T_map_world"), options);
+  return grid ? std::make_shared<NavigationGrid>(std::move(*grid)) : nullptr;
+}
+
+void bind_navigation_grid(py::module_& module) {
+  using Positions = std::vector<std::array<double, 3>>;
+  py::class_<NavigationGrid, GridPtr>(
+      module, "NavigationGrid",
+      "A grid for planners on the floor. Cell [row, column] begins at origin + cell * (column, "
+      "row). Its arrays are read-only views.")
+      .def_readonly("cell", &NavigationGrid::cell, "Side of a cell [m].")
+      .def_property_readonly(
+          "origin",
+          [](const NavigationGrid& grid) { return std::pair(grid.origin.x(), grid.origin.y()); },
+          "(x, y) [m], frame map.")
+      .def_property_readonly(
+          "cells", [](const GridPtr& grid) { return cells_of(grid, grid->cells, "b"); },
+          "Rows x columns int8: 0 free, 100 occupied, -1 unknown, as in nav_msgs/OccupancyGrid.")
+      .def_property_readonly(
+          "distances", [](const GridPtr& grid) { return cells_of(grid, grid->distances, "f"); },
+          "Rows x columns float32: distance from the nearest occupied cell [m].")
+      .def(
+          "distance_at",
+          [](const NavigationGrid& grid, double x, double y) {
+            return grid.distance_at({x, y});
+          },
+          py::arg("x"), py::arg("y"), "Distance at a position, interpolated [m]; None outside.");
+  module.def(
+      "navigation_grid",
+      [](const Cloud& cloud, const Matrix4& T_map_world, const Positions& way, double cell,
+         double lowest, double highest, double radius) {
+        std::vector<Eigen::Vector3d> positions;
+        for (const auto& [x, y, z] : way) positions.emplace_back(x, y, z);
+        return grid_of(cloud, T_map_world, positions, {cell, lowest, highest, radius});
+      },
+      py::arg("cloud"), py::arg("T_map_world"), py::kw_only(), py::arg("way") = Positions(),
+      py::arg("cell") = NavigationGridOptions().cell,
+      py::arg("lowest") = NavigationGridOptions().lowest,
+      py::arg("highest") = NavigationGridOptions().highest,
+      py::arg("radius") = NavigationGridOptions().radius, py::call_guard<py::gil_scoped_release>(),
+      "The grid of static surfaces, such as Snapshot.cloud during a run, for planners. A cell is "
+      "occupied if surfaces are in it between the heights lowest and highest above the floor [m]; "
+      "otherwise it is free if floor was seen in it, or if it is within radius of the way of the "
+      "robot's base, N x 3 in the world frame. T_map_world: z upwards, the floor at z = 0. None "
+      "without surfaces and way.");
+}
+
 void bind_movers(py::module_& module) {
   py::class_<MovingObject>(module, "Mover", "A moving object at one time, in the world frame.")
       .def_readonly("id", &MovingObject::id, "1, 2, 3 ... in the order of appearance.")
@@ -340,6 +399,7 @@ void bind_snapshot(py::module_& module) {
 
 void bind_results(py::module_& module) {
   bind_cloud(module);
+  bind_navigation_grid(module);
   bind_movers(module);
   bind_updates(module);
   bind_observations(module);

@@ -18,12 +18,12 @@ if _sys.prefix != _sys.base_prefix:
     _os.environ.setdefault("VIRTUAL_ENV", _sys.prefix)
 
 from ._native import (AteResult, Camera, Cloud, DetectedObject, Error, Finding, Frame, Imu, MapEvent, MergedPair, Mover,
-                      MoverTrack, ObjectChange, ObservedFrame, Options, PoseUpdate, Results, RpeResult, Slam, Snapshot,
-                      Source, Statistics, WarningEvent, __version__, ate, compare_maps, merge_maps, presets, read_ply,
-                      read_trajectory, rpe, source, write_trajectory)
+                      MoverTrack, NavigationGrid, ObjectChange, ObservedFrame, Options, PoseUpdate, Results, RpeResult, Slam,
+                      Snapshot, Source, Statistics, WarningEvent, __version__, ate, compare_maps, merge_maps,
+                      navigation_grid, presets, read_ply, read_trajectory, rpe, source, write_trajectory)
 from .trajectory import Trajectory
 
 __all__ = ["AteResult", "Camera", "Cloud", "DetectedObject", "Error", "Finding", "Frame", "Imu", "MapEvent",
-           "MergedPair", "Mover", "MoverTrack", "ObjectChange", "ObservedFrame", "Options", "PoseUpdate", "Results",
-           "RpeResult", "Slam", "Snapshot", "Source", "Statistics", "Trajectory", "WarningEvent", "__version__", "ate", "compare_maps",
-           "merge_maps", "presets", "read_ply", "read_trajectory", "rpe", "source", "write_trajectory"]
+           "MergedPair", "Mover", "MoverTrack", "NavigationGrid", "ObjectChange", "ObservedFrame", "Options", "PoseUpdate",
+           "Results", "RpeResult", "Slam", "Snapshot", "Source", "Statistics", "Trajectory", "WarningEvent", "__version__",
+           "ate", "compare_maps", "merge_maps", "navigation_grid", "presets", "read_ply", "read_trajectory", "rpe", "source", "write_trajectory"]

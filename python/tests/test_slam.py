@@ -262,6 +262,23 @@ def test_a_stereo_pair_is_pushed():
         stillmap.Slam(camera).push_stereo(right, left, 1.0)
 
 
+def test_the_grid_of_the_live_cloud(frames, camera):
+    slam = stillmap.Slam(camera)
+    for frame in frames[:10]:
+        slam.push(frame)
+    cloud = slam.snapshot().cloud
+    T_map_world = np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 1.0], [0, 0, 0, 1]])
+    grid = stillmap.navigation_grid(cloud, T_map_world, way=np.zeros((1, 3)), cell=0.1)
+    points = cloud.points @ T_map_world[:3, :3].T + T_map_world[:3, 3]
+    seen = points[(points[:, 2] > 0.11) & (points[:, 2] < 1.79)]
+    u, v = np.floor((seen[:, :2] - grid.origin) / grid.cell).astype(int).T
+    assert len(seen) > 100 and (grid.cells[v, u] == 100).all() and (grid.distances[v, u] == 0).all()
+    assert grid.distances.dtype == np.float32 and grid.distances.shape == grid.cells.shape
+    assert grid.distance_at(0, 0) > 0 and grid.distance_at(100, 0) is None
+    with pytest.raises(stillmap.Error, match="T_map_world"):
+        stillmap.navigation_grid(cloud, np.zeros((4, 4)))
+
+
 def test_voxels_of_the_live_cloud(frames, camera):
     slam = stillmap.Slam(camera, movers={"enabled": False})
     for frame in frames:

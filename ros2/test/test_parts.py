@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of the node that need no other process: images, pairs, transforms, odometry, the grid."""
+"""The parts of the node that need no other process: images, pairs, transforms, odometry."""
 import array
 import struct
 from types import SimpleNamespace
@@ -12,7 +12,6 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 from stillmap_ros import images, mapper, messages, transforms
 from stillmap_ros.changes import Changes
-from stillmap_ros.grid import FREE, OCCUPIED, UNKNOWN, grid_of_cloud
 from stillmap_ros.node import ParameterError, value_of
 from stillmap_ros.pairing import Pairing, Queue
 from stillmap_ros.serialized import image_of
@@ -248,21 +247,6 @@ def test_the_odometry_bridges_a_frame_and_not_a_second():
     odometry.add(3 * 10**9, None, error)
     np.testing.assert_allclose(odometry.T_odom_base[0, 3], 0.04, atol=1e-9)
     assert np.linalg.eigvalsh(odometry.covariance).min() > 0.5, "how far it went is unknown"
-
-
-def test_a_grid_has_floor_walls_and_the_way():
-    x, y = np.meshgrid(np.arange(0.025, 2, 0.05), np.arange(0.025, 1, 0.05))
-    floor = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.01)])
-    wall = np.column_stack([np.full(20, 1.525), np.linspace(0.03, 0.97, 20), np.full(20, 0.8)])
-    ceiling = wall + [0, 0, 1.6]
-    grid = grid_of_cloud(np.concatenate([floor, wall, ceiling - [1, 0, 0]]), [[-0.525, 0.475]], 0.05, 0.1, 1.8, 0.1)
-
-    def at(position):
-        u, v = np.floor((np.subtract(position, grid.origin)) / grid.cell).astype(int)
-        return grid.values[v, u]
-    assert at((1.525, 0.5)) == OCCUPIED and at((1.0, 0.5)) == FREE and at((0.525, 0.5)) == FREE
-    assert at((-0.525, 0.475)) == at((-0.525, 0.575)) == FREE and at((-0.525, 0.775)) == UNKNOWN
-    assert grid_of_cloud(np.zeros((0, 3)), [], 0.05, 0.1, 1.8, 0.1) is None
 
 
 def test_changes_of_a_cloud():

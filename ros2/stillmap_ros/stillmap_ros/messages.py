@@ -94,10 +94,10 @@ def grid_of(grid, nanoseconds, frame):
     message = OccupancyGrid(header=header_of(nanoseconds, frame))
     message.info.map_load_time = message.header.stamp
     message.info.resolution = grid.cell
-    message.info.height, message.info.width = grid.values.shape
+    message.info.height, message.info.width = grid.cells.shape
     message.info.origin.position.x, message.info.origin.position.y = grid.origin
     message.info.origin.orientation.w = 1.0
-    message.data = array.array("b", grid.values.tobytes())
+    message.data = array.array("b", grid.cells.tobytes())
     return message
 
 

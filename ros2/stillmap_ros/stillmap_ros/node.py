@@ -35,7 +35,6 @@ from visualization_msgs.msg import MarkerArray
 import stillmap
 from stillmap_ros import images, messages
 from stillmap_ros.changes import Changes
-from stillmap_ros.grid import grid_of_cloud
 from stillmap_ros.mapper import FrameError, Mapper, Odometry as VisualOdometry, frame_file_of, journal_of
 from stillmap_ros.pairing import Pairing, Queue
 from stillmap_ros.serialized import image_of
@@ -588,9 +587,9 @@ class StillmapNode(Node):
             removed = removed @ T[:3, :3].T + T[:3, 3]
             self.cloud_added.publish(messages.cloud_of(points[added], snapshot.cloud.colors[added], stamp, frame))
             self.cloud_removed.publish(messages.cloud_of(removed, np.zeros_like(removed, np.uint8), stamp, frame))
-        way = np.array([T[:2, 3] for _, T in poses]).reshape(-1, 2)
-        grid = grid_of_cloud(points, way, self.settings["grid_cell"], self.settings["grid_lowest"],
-                             self.settings["grid_highest"], self.settings["robot_radius"])
+        way = [(matrix_of_pose(*row[1:]) @ T_camera_base)[:3, 3] for row in snapshot.trajectory[::5]]
+        grid = stillmap.navigation_grid(snapshot.cloud, T, way=way, cell=self.settings["grid_cell"], lowest=self.settings["grid_lowest"],
+                                        highest=self.settings["grid_highest"], radius=self.settings["robot_radius"])
         if grid is not None:
             self.newest_grid = messages.grid_of(grid, stamp, frame)
             self.grid.publish(self.newest_grid)
