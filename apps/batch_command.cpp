@@ -7,6 +7,7 @@
 #include "stillmap/base/print.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/unicode.hpp"
+#include "stillmap/pipeline/saved_map.hpp"
 #include "stillmap/report/html_page.hpp"
 #include "stillmap/report/svg.hpp"
 
@@ -90,7 +91,10 @@ std::string without_blanks_around(const std::string& line) {
   return line.substr(first, line.find_last_not_of(kBlanks) + 1 - first);
 }
 
-fs::path absolute_path(const std::string& name) { return fs::absolute(name).lexically_normal(); }
+fs::path absolute_path(const std::string& name) {
+  const fs::path path = fs::absolute(name).lexically_normal();
+  return path.has_filename() ? path : path.parent_path();
+}
 
 /// Returns the recordings in the order in which they were named, each once.
 std::vector<std::string> recordings_of(const BatchArguments& arguments) {
@@ -299,7 +303,7 @@ class Batch {
 std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, int threads) {
   // Those that an interruption leaves out keep this code.
   std::vector<JobEnd> ends(jobs.size(), JobEnd{.key = {}, .code = kInterrupted});
-  Progress progress("recordings", jobs.size());
+  Progress progress("mapping", jobs.size(), "recordings");
   std::mutex mutex;
   parallel_for(jobs.size(), threads, [&] {
     return [&](std::size_t i) {

@@ -124,25 +124,27 @@ PlacedMap placed_map(const MapArguments& arguments, const SavedMap& saved) {
       saved, dense_parameters_of(read_options("", fs::exists(options) ? options : fs::path())));
 }
 
-/// Prints the errors of an aligned map. Returns the exit code.
-int report_alignment(const std::vector<KnownPoint>& points, const SiteAlignment& alignment,
-                     const SavedMap& saved) {
-  print_out("{}", alignment_text(points, alignment));
+/// Moves the main component of a map to its site, writes the map, and prints the errors of the
+/// points. Returns the exit code.
+int write_aligned(const MapArguments& arguments, const std::vector<KnownPoint>& points,
+                  const SiteAlignment& alignment, SavedMap& saved) {
+  const std::uint32_t component = main_component(saved);
+  if (is_at_site(saved.map, component))
+    print_out("the map is already in the frame of a site; the points are in that frame\n");
+  move_world(saved.map, component, alignment.T_site_map);
+  make_folder_of(arguments.out);
+  write_saved_map(arguments.out, saved);
+  print_out("written: {}\n{}", arguments.out, alignment_text(points, alignment));
+  if (alignment.errors_of_others.empty())
+    print_out("three points do not check each other: add a fourth\n");
   if (saved.map.first.size() > 1)
-    print_out(
-        "{} components that are not connected with the oldest one stay in frames of their own\n",
-        saved.map.first.size() - 1);
-  const std::string problem = contradiction(points, alignment);
+    print_out("component {} is aligned; the other {} stay in frames of their own\n", component,
+              saved.map.first.size() - 1);
+  std::string problem = contradiction(points, alignment);
+  if (problem.empty()) problem = reason_against_up(saved.map, component);
   if (problem.empty()) return code_for(saved);
   print_error("DO NOT TRUST THIS RESULT: {}\n", problem);
   return kDoubtful;
-}
-
-void write_aligned(const MapArguments& arguments, const Pose& T_site_map, SavedMap& saved) {
-  move_world(saved.map, T_site_map);
-  make_folder_of(arguments.out);
-  write_saved_map(arguments.out, saved);
-  print_out("written: {}\n", arguments.out);
 }
 
 /// Aligns the map with a floor plan, and writes the plan with the map drawn onto it.
@@ -151,7 +153,7 @@ int align_with_plan(const MapArguments& arguments) {
   if (!arguments.force && fs::exists(picture) && !fs::exists(arguments.out))
     throw Error("exists", picture.string(), "name another map with --out, or add --force");
   cv::Mat3b image = read_plan_image(arguments.plan);
-  const SitePlan plan{*arguments.scale, image.rows};
+  const SitePlan plan{*arguments.scale, image.rows, image.cols};
   SavedMap saved = read_saved_map(arguments.file);
   const std::vector<KnownPoint> points = read_known_points(arguments.points, saved, plan);
   SearchedFloor floor = search_floor(placed_map(arguments, saved), {});
@@ -160,34 +162,29 @@ int align_with_plan(const MapArguments& arguments) {
                 "give the coordinates of the points at the site in place of a plan");
   const SiteAlignment alignment =
       align_to_plan(points, map_frame(*floor.finding.floor, floor.cameras.front()));
-  write_aligned(arguments, alignment.T_site_map, saved);
   for (Surfel& surfel : floor.surfels) surfel.point = alignment.T_site_map * surfel.point;
   draw_on_plan(floor.surfels, plan, image);
+  const int code = write_aligned(arguments, points, alignment, saved);
   write_png(picture, image);
   print_out("written: {}\n", picture.string());
-  return report_alignment(points, alignment, saved);
+  return code;
 }
 
 int align(const MapArguments& arguments) {
   require_replaceable(arguments.out, is_saved_map, arguments.force);
+  if (!arguments.force) require_no_input(arguments.out, {arguments.file});
   if (!arguments.plan.empty()) return align_with_plan(arguments);
   SavedMap saved = read_saved_map(arguments.file);
   const std::vector<KnownPoint> points = read_known_points(arguments.points, saved);
-  const SiteAlignment alignment = align_to_site(points);
-  write_aligned(arguments, alignment.T_site_map, saved);
-  return report_alignment(points, alignment, saved);
+  return write_aligned(arguments, points, align_to_site(points), saved);
 }
 
 int merge(const MapArguments& arguments) {
   make_folder_of(arguments.out);
   require_replaceable(arguments.out, is_saved_map, arguments.force);
   require_replaceable(arguments.json, is_figures_file, arguments.force);
-  for (const std::string& file : arguments.files) {
-    if (!arguments.force && fs::exists(arguments.out) &&
-        fs::equivalent(map_file_of(file), arguments.out))
-      throw Error("is one of the maps to merge", arguments.out,
-                  "name another file with --out, or add --force");
-  }
+  if (!arguments.force)
+    require_no_input(arguments.out, {arguments.files.begin(), arguments.files.end()});
   Options options = read_options("");
   options.dense.memory = arguments.memory.value_or(options.dense.memory);
   SlamParameters parameters = parameters_of(options);

@@ -35,8 +35,6 @@ std::FILE* standard_output_for_data() {
   return stream;
 }
 
-bool is_saved_map(const std::filesystem::path& file) { return begins_with(file, kMapFormat.magic); }
-
 bool is_options_file(const std::filesystem::path& file) {
   return begins_with(file, kOptionsFileTitle);
 }

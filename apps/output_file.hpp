@@ -14,7 +14,6 @@ constexpr const char* kStandardOutput = "-";
 std::FILE* standard_output_for_data();
 
 /// Each function returns whether a file is of the kind that Stillmap writes.
-bool is_saved_map(const std::filesystem::path& file);
 bool is_options_file(const std::filesystem::path& file);
 bool is_figures_file(const std::filesystem::path& file);
 bool is_static_page(const std::filesystem::path& file);

@@ -42,8 +42,11 @@ bool Progress::hidden = false;
 
 void Progress::hide() { hidden = true; }
 
-Progress::Progress(std::string title, std::optional<std::size_t> total)
-    : title_(std::move(title)), total_(total), terminal_(takes_codes(STDERR_FILENO)) {}
+Progress::Progress(std::string title, std::optional<std::size_t> total, std::string unit)
+    : title_(std::move(title)),
+      unit_(std::move(unit)),
+      total_(total),
+      terminal_(takes_codes(STDERR_FILENO)) {}
 
 void Progress::step(const std::string& note) {
   ++done_;
@@ -63,12 +66,12 @@ void Progress::show() {
     const std::size_t filled = std::min(kBarWidth, kBarWidth * done_ / *total_);
     if (terminal_ && columns >= kColumnsForBar)
       line += "[" + std::string(filled, '#') + std::string(kBarWidth - filled, '.') + "] ";
-    line += fmt::format("{}/{}  {:.1f} frames/s", done_, *total_, rate);
+    line += fmt::format("{}/{}  {:.1f} {}/s", done_, *total_, rate, unit_);
     if (rate > 0 && done_ < *total_) {
       line += ", " + duration_text(static_cast<double>(*total_ - done_) / rate) + " left";
     }
   } else {
-    line += fmt::format("{}  {:.1f} frames/s", done_, rate);
+    line += fmt::format("{}  {:.1f} {}/s", done_, rate, unit_);
   }
   if (!note_.empty()) line += "  " + note_;
   if (terminal_) {

@@ -15,7 +15,8 @@ class Progress {
  public:
   /// @param title  text in front of the bar
   /// @param total  number of steps; none if unknown
-  Progress(std::string title, std::optional<std::size_t> total);
+  /// @param unit  of what is counted
+  Progress(std::string title, std::optional<std::size_t> total, std::string unit = "frames");
   ~Progress() { finish(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -34,7 +35,7 @@ class Progress {
   void show();
 
   static bool hidden;
-  const std::string title_;
+  const std::string title_, unit_;
   std::optional<std::size_t> total_;
   const bool terminal_;
   std::string note_;

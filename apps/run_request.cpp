@@ -9,6 +9,7 @@
 #include "stillmap/evaluate/truth_frame.hpp"
 #include "stillmap/map/camera_change.hpp"
 #include "stillmap/pipeline/calibrate_shutter.hpp"
+#include "stillmap/pipeline/saved_map.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/sensor/doctor.hpp"

@@ -73,7 +73,9 @@ MapDescription describe_map(const SavedMap& saved) {
   d.sessions = keyframe_trajectories(map).size();
   for (const Landmark& l : map.landmarks) d.observations += l.observations.size();
   d.components = describe_components(map);
-  d.tags = tag_centers(map);
+  d.main = main_component(saved);
+  d.at_site = is_at_site(map, d.main);
+  d.tags = tag_centers(map, d.main);
   d.views = saved.views.size();
   std::set<std::uint16_t> visits;
   for (const AnchoredView& v : saved.views) {
@@ -102,8 +104,10 @@ std::string description_text(const MapDescription& d) {
   text += fmt::format("components  {}\n", d.components.size());
   for (std::size_t i = 0; i < d.components.size(); ++i) {
     const ComponentDescription& c = d.components[i];
-    text += fmt::format("  {:<9} {}, {} within {}\n", i, counted(c.keyframes, "keyframe"),
-                        counted(c.landmarks, "landmark"), extent_text(c.extent));
+    text += fmt::format("  {:<9} {}, {} within {}{}{}\n", i, counted(c.keyframes, "keyframe"),
+                        counted(c.landmarks, "landmark"), extent_text(c.extent),
+                        i == d.main && d.components.size() > 1 ? ", shown and exported" : "",
+                        i == d.main && d.at_site ? ", in the frame of a site" : "");
   }
   for (const auto& [name, center] : d.tags) {
     text += fmt::format("tag         {} at {:.3f}, {:.3f}, {:.3f} m\n", name, center.x(),
@@ -134,6 +138,8 @@ nlohmann::json description_json(const MapDescription& d) {
     }
     json["components"].push_back(component);
   }
+  json["main_component"] = d.main;
+  json["at_site"] = d.at_site;
   json["tags"] = nlohmann::json::object();
   for (const auto& [name, center] : d.tags) json["tags"][name] = numbers(center);
   return json;

@@ -28,7 +28,9 @@ struct MapDescription {
   PyramidShape pyramid;
   std::size_t sessions = 0, keyframes = 0, keypoints = 0, landmarks = 0, observations = 0;
   std::vector<ComponentDescription> components;
-  TagCenters tags;                         ///< Those in the world frame of the map.
+  std::uint32_t main = 0;                  ///< See main_component().
+  bool at_site = false;                    ///< Whether it is in the frame of a site.
+  TagCenters tags;                         ///< Those in the main component.
   std::size_t views = 0, view_pixels = 0;  ///< Number of views of the dense map and their pixels.
   std::size_t visits = 0;                  ///< Number of visits that made these views.
 };

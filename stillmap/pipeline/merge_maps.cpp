@@ -6,6 +6,7 @@
 #include "stillmap/pipeline/map_maker.hpp"
 #include "stillmap/pipeline/relative_place.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
+#include "stillmap/pipeline/site_frame.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -23,12 +24,14 @@ namespace {
 /// A map, and what decides its place among others.
 struct Sorted {
   NamedMap map;
+  bool elsewhere;     // its world is not the frame of a site
   double begin;       // timestamp of its oldest keyframe [s]
   std::string bytes;  // its sections, equal for equal maps
 };
 
 Sorted sortable(NamedMap map) {
-  Sorted sorted{std::move(map), std::numeric_limits<double>::infinity(), {}};
+  Sorted sorted{std::move(map), true, std::numeric_limits<double>::infinity(), {}};
+  sorted.elsewhere = !is_at_site(sorted.map.saved.map, main_component(sorted.map.saved));
   for (const Keyframe& k : sorted.map.saved.map.keyframes)
     sorted.begin = std::min(sorted.begin, k.timestamp);
   for (const Section& section : map_sections(sorted.map.saved.map)) sorted.bytes += section.bytes;
@@ -40,7 +43,7 @@ std::vector<NamedMap> in_order(std::vector<NamedMap> maps) {
   std::vector<Sorted> sorted;
   for (NamedMap& map : maps) sorted.push_back(sortable(std::move(map)));
   std::sort(sorted.begin(), sorted.end(), [](const Sorted& a, const Sorted& b) {
-    return std::tie(a.begin, a.bytes) < std::tie(b.begin, b.bytes);
+    return std::tie(a.elsewhere, a.begin, a.bytes) < std::tie(b.elsewhere, b.begin, b.bytes);
   });
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (sorted[i].bytes != sorted[i - 1].bytes) continue;
@@ -190,6 +193,15 @@ std::vector<NamedMap> read_named_maps(const std::vector<std::filesystem::path>& 
   return maps;
 }
 
+void require_no_input(const std::filesystem::path& out,
+                      const std::vector<std::filesystem::path>& maps) {
+  if (!std::filesystem::exists(out)) return;
+  for (const auto& map : maps) {
+    if (std::filesystem::equivalent(map_file_of(map), out))
+      throw Error("is one of the maps to read", out.string(), "name another file to write");
+  }
+}
+
 MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
                      const std::string& writer) {
   if (maps.size() < 2) throw Error("needs at least two maps", "merge", "name more maps");
@@ -223,12 +235,15 @@ std::string merge_text(const MergedMap& merged) {
     text +=
         fmt::format("{} - {}: {}\n", merged.names[pair.a], merged.names[pair.b], pair_text(pair));
   }
-  return text + fmt::format("erased: {} of several maps, {} redundant ones\n",
-                            counted(merged.repeated, "keyframe"), merged.redundant);
+  return text + fmt::format(
+                    "erased: {} of several maps, {} redundant ones\n"
+                    "the world is that of {}\n",
+                    counted(merged.repeated, "keyframe"), merged.redundant, merged.names.front());
 }
 
 nlohmann::json merge_json(const MergedMap& merged) {
   nlohmann::json json = {{"maps", merged.names},
+                         {"world", merged.names.front()},
                          {"repeated_keyframes", merged.repeated},
                          {"redundant_keyframes", merged.redundant},
                          {"pairs", nlohmann::json::array()}};

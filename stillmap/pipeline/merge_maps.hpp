@@ -23,6 +23,11 @@ struct NamedMap {
 std::vector<NamedMap> read_named_maps(const std::vector<std::filesystem::path>& files,
                                       const MemoryLimit& memory);
 
+/// Throws Error if a file to write is one of the maps that are read.
+/// @param maps  map files or folders of runs
+void require_no_input(const std::filesystem::path& out,
+                      const std::vector<std::filesystem::path>& maps);
+
 /// Two merged maps, and whether places of one were recognized in the other.
 struct MapPair {
   std::size_t a = 0, b = 0;  ///< Their positions in MergedMap::names, a < b.
@@ -36,10 +41,11 @@ struct MapPair {
 /// One map made of several.
 struct MergedMap {
   SavedMap saved;
-  std::vector<std::string> names;  ///< Of the maps, in the order of their sessions in `saved`.
-  std::vector<MapPair> pairs;      ///< All pairs.
-  std::size_t repeated = 0;        ///< Number of keyframes that several of the maps contained.
-  std::size_t redundant = 0;       ///< Number of keyframes erased since others show the same.
+  /// Of the maps, in the order of their sessions in `saved`: first the one whose world it is.
+  std::vector<std::string> names;
+  std::vector<MapPair> pairs;  ///< All pairs.
+  std::size_t repeated = 0;    ///< Number of keyframes that several of the maps contained.
+  std::size_t redundant = 0;   ///< Number of keyframes erased since others show the same.
 };
 
 /// Merges maps: the place of each keyframe is searched in all other maps and verified as for loops
@@ -48,7 +54,8 @@ struct MergedMap {
 /// others or are redundant are erased, and each component is optimized as a whole. Maps in which no
 /// common place is recognized remain as unconnected components.
 ///
-/// The world frame is that of the map with the oldest keyframe; maps of other cameras are converted
+/// The world frame is that of the map in the frame of a site, of several or none the one with the
+/// oldest keyframe; maps of other cameras are converted
 /// to its camera: see with_camera(). The result does not depend on the order of the maps. Maps may
 /// be merged ones. Throws Error for fewer than two maps, maps of different pyramids, and a map that
 /// is given twice.

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <iterator>
 #include <optional>
 #include <span>
@@ -241,6 +242,13 @@ SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where,
 
 void write_saved_map(const std::filesystem::path& file, const SavedMap& saved) {
   write_file(file, [&](std::ostream& out) { write_map(out, saved); });
+}
+
+bool is_saved_map(const std::filesystem::path& file) {
+  std::string start(kMapFormat.magic.size(), ' ');
+  std::ifstream(file, std::ios::binary)
+      .read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == kMapFormat.magic;
 }
 
 std::filesystem::path map_file_of(const std::filesystem::path& source) {

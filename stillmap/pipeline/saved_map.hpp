@@ -71,6 +71,8 @@ SavedMap saved_map_from_bytes(std::string_view bytes, const std::string& where,
 /// Writes the file completely or not at all, some views at a time. Throws Error (folder missing,
 /// not writable, disk full).
 void write_saved_map(const std::filesystem::path& file, const SavedMap& saved);
+/// Returns whether a file begins as a saved map does.
+bool is_saved_map(const std::filesystem::path& file);
 /// Returns the file that read_saved_map() reads: for the folder of a run its journal, if there is
 /// one, or else its map.
 std::filesystem::path map_file_of(const std::filesystem::path& source);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/base/error.hpp"
 #include "stillmap/pipeline/map_changes.hpp"
 #include "stillmap/pipeline/merge_maps.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
@@ -10,6 +11,9 @@ namespace stillmap {
 
 std::vector<MergedPair> merge_saved_maps(const std::vector<std::filesystem::path>& maps,
                                          const std::filesystem::path& out, const Options& options) {
+  require_no_input(out, maps);
+  if (std::filesystem::exists(out) && !is_saved_map(out))
+    throw Error("exists already and is no map", out.string(), "name another file");
   SlamParameters parameters = parameters_of(options);
   parameters.dense.memory.folder = out.parent_path();
   const MergedMap merged =

@@ -32,14 +32,27 @@ ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component) {
   return largest == by_component.end() ? ViewPoses() : largest->second;
 }
 
+std::uint32_t main_component(const SavedMap& saved) {
+  std::map<std::uint32_t, std::size_t> sizes;
+  for (const AnchoredView& view : saved.views)
+    ++sizes[saved.map.keyframes[view.anchor.slot].component];
+  if (sizes.empty()) {
+    for (const Keyframe& keyframe : saved.map.keyframes) ++sizes[keyframe.component];
+  }
+  const auto largest =
+      std::ranges::max_element(sizes, {}, [](const auto& component) { return component.second; });
+  return largest == sizes.end() ? 0 : largest->first;
+}
+
 ViewPoses view_poses(const SavedMap& saved) {
-  std::map<std::uint32_t, ViewPoses> by_component;
+  const std::uint32_t component = main_component(saved);
+  ViewPoses poses;
   for (std::size_t id = 0; id < saved.views.size(); ++id) {
     const AnchoredView& view = saved.views[id];
     const Keyframe& anchor = saved.map.keyframes[view.anchor.slot];
-    by_component[anchor.component][id] = anchor.T_world_camera * view.T_anchor_camera;
+    if (anchor.component == component) poses[id] = anchor.T_world_camera * view.T_anchor_camera;
   }
-  return largest_of(by_component);
+  return poses;
 }
 
 PlacedMap place_views(const SavedMap& saved, const DenseOptions& options) {

@@ -24,8 +24,11 @@ std::uint64_t image_hash(const DenseView& view);
 /// components have other worlds, so they cannot be fused with these.
 ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component);
 
-/// Returns the poses of the views in the largest component of a saved map, by their index in its
-/// list.
+/// Returns the component of a saved map that is shown, exported and aligned: that with most views,
+/// without views that with most keyframes; of equals the first. 0 for an empty map.
+std::uint32_t main_component(const SavedMap& saved);
+
+/// Returns the poses of the views in the main component of a saved map, by their index in its list.
 ViewPoses view_poses(const SavedMap& saved);
 
 /// Returns the dense map of the saved views. With the options of the run that saved them it is

@@ -22,14 +22,18 @@ struct KnownPoint {
 /// Positions of the centers of tags [m] by their names, family and number: "tag36h11:7".
 using TagCenters = std::map<std::string, Eigen::Vector3d>;
 
-/// Returns the tags in the component whose world frame is that of the map.
-TagCenters tag_centers(const MapContent& map);
+/// Returns the tags in a component.
+TagCenters tag_centers(const MapContent& map, std::uint32_t component);
+
+/// Returns whether a component was moved into the frame of a site: otherwise its first camera is at
+/// the origin of its world.
+bool is_at_site(const MapContent& map, std::uint32_t component);
 
 /// Where the image of a floor plan lies at the site: its lower left corner at the origin, x to the
 /// right and y up, the floor at z = 0.
 struct SitePlan {
-  double scale = 0;  ///< Side of a pixel [m].
-  int rows = 0;      ///< Height of the image [pixels].
+  double scale = 0;        ///< Side of a pixel [m].
+  int rows = 0, cols = 0;  ///< Size of the image [pixels].
 
   Eigen::Vector3d at_site(double column, double row) const {
     return {column * scale, (rows - row) * scale, 0};
@@ -40,14 +44,16 @@ struct SitePlan {
   }
 };
 
-/// Reads lines "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m]; or
+/// Reads points of the main component of a map: see main_component(). Lines are
+/// "name,x,y,z,X,Y,Z": coordinates in the map and at the site [m]; or
 /// "tag36h11:7,X,Y,Z" for the center of a tag in the map, or "name@TIME,u,v,X,Y,Z" for what the
 /// keyframe of that time [s] shows at column u and row v of its undistorted image [pixels]: the
 /// median depth of the surfaces of its view within two pixels. With a plan, its column and row
 /// [pixels] are in place of X, Y, Z. They are separated by commas, semicolons, tabs or blanks;
 /// lines that begin with # are comments. Throws Error for other lines, tags and keyframes, pixels
-/// without depth, names that are there twice, and for coordinates beyond 10 km, which the single
-/// precision of point clouds resolves to 1 mm.
+/// without depth, points more than 5 m from all landmarks or outside the plan, names that are there
+/// twice, and for coordinates beyond 10 km, which the single precision of point clouds resolves to
+/// 1 mm.
 std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const SavedMap& saved,
                                           const std::optional<SitePlan>& plan = {});
 
@@ -60,8 +66,8 @@ struct SiteAlignment {
 };
 
 /// Aligns points by least squares: see align_points(). Throws Error for fewer than three points,
-/// for points on a line, and if the distances between them differ by more than 5 %
-/// at the site.
+/// for points on a line, and if the distances between them differ by more than 5 % at the site;
+/// with the name of the point that is the cause, if the others fit each other.
 SiteAlignment align_to_site(const std::vector<KnownPoint>& points);
 
 /// Aligns points with those of a floor plan in the horizontal plane; the floor comes to z = 0. As
@@ -69,12 +75,16 @@ SiteAlignment align_to_site(const std::vector<KnownPoint>& points);
 /// @param T_level_map  motion of the map's floor to the plane z = 0
 SiteAlignment align_to_plan(std::vector<KnownPoint> points, const Pose& T_level_map);
 
-/// Returns why an alignment is probably wrong: a point that is farther than 0.1 m, and than 5 % of
-/// the extent of the points, from where the others (of three points: all) have it; empty if there
-/// is none.
+/// Returns why an alignment is probably wrong: some points are farther than 0.1 m, and than 5 % of
+/// the extent of the points, from where the others (of three points: all) have them; with the name
+/// of the point without which the others fit. Empty if it is not.
 std::string contradiction(const std::vector<KnownPoint>& points, const SiteAlignment& alignment);
 
-/// Moves the component whose world frame is that of the map: p becomes T * p.
-void move_world(MapContent& map, const Pose& T);
+/// Returns why an aligned component is probably turned over: its cameras are upside down if Z
+/// points up. Empty if they are not.
+std::string reason_against_up(const MapContent& map, std::uint32_t component);
+
+/// Moves a component: p becomes T * p.
+void move_world(MapContent& map, std::uint32_t component, const Pose& T);
 
 }  // namespace stillmap

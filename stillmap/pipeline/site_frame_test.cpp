@@ -5,6 +5,7 @@
 #include "stillmap/base/test_error.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/feature/tag_corners.hpp"
+#include "stillmap/pipeline/saved_views.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -45,12 +46,13 @@ void add_corner(MapContent& map, std::uint32_t keyframe, std::uint32_t tag, std:
   map.landmarks.push_back(landmark);
 }
 
-/// A map of one keyframe, with the center of tag 7 at (5, 6, 7).
+/// A map of one keyframe, with the center of tag 7 at (5, 6, 7) and another landmark at (1, 1, 1).
 SavedMap map_with_tag() {
   SavedMap saved;
   add_keyframe(saved.map, 0);
   for (std::uint8_t c = 0; c < 4; ++c)
     add_corner(saved.map, 0, 7, c, {c % 2 == 0 ? 4.0 : 6.0, c < 2 ? 5.0 : 7.0, 7});
+  add_corner(saved.map, 0, 8, 0, {1, 1, 1});
   return saved;
 }
 
@@ -91,6 +93,30 @@ TEST(SiteFrame, AWrongPointIsFoundByTheOthers) {
   points.back().p_site = kSiteMap * Eigen::Vector3d(2.5, 2, 0);
   EXPECT_THAT(contradiction(points, align_to_site(points)), HasSubstr("wrong is 500 mm"));
   EXPECT_EQ(contradiction(corners(), align_to_site(corners())), "");
+  points.back().p_site = kSiteMap * Eigen::Vector3d(2, 2, 90);
+  EXPECT_THAT(error_of([&] { align_to_site(points); }), HasSubstr("wrong does not fit"));
+}
+
+TEST(SiteFrame, OfExchangedPointsNoneIsBlamed) {
+  std::vector<KnownPoint> points = corners();
+  points.push_back({"p4", {2, 2, 0}, kSiteMap * Eigen::Vector3d(2, 2, 0)});
+  std::swap(points[0].p_site, points[4].p_site);
+  EXPECT_THAT(contradiction(points, align_to_site(points)), HasSubstr("contradict each other"));
+}
+
+/// Three points fit their mirror image.
+TEST(SiteFrame, CamerasAreNotUpsideDown) {
+  const Pose T_map_camera(so3_exp({-1.57, 0, 0}), {0, 0, 1});  // looks along y
+  const auto reason = [&](double turn) {
+    MapContent map;
+    add_keyframe(map, 0);
+    map.keyframes[0].T_world_camera =
+        Pose(so3_exp({turn, 0, 0}), Eigen::Vector3d::Zero()) * T_map_camera;
+    return reason_against_up(map, 0);
+  };
+  EXPECT_EQ(reason(0), "");
+  EXPECT_EQ(reason(1.2), "") << "looks up";
+  EXPECT_THAT(reason(3.1), HasSubstr("upside down"));
 }
 
 TEST(SiteFrame, PointsThatDetermineNoPoseAreRefused) {
@@ -110,7 +136,7 @@ TEST(SiteFrame, PointsThatDetermineNoPoseAreRefused) {
 
 TEST(SiteFrame, PointsOnAPlanGiveThePoseOnTheFloor) {
   const auto file = test::own_path("points.csv");
-  const SitePlan plan{0.02, 500};
+  const SitePlan plan{0.02, 500, 400};
   // A map whose y axis points down, 1.5 m above the floor, turned by 0.7 on a plan.
   const Pose T_level_map(
       Eigen::Quaterniond::FromTwoVectors(-Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ())
@@ -125,7 +151,7 @@ TEST(SiteFrame, PointsOnAPlanGiveThePoseOnTheFloor) {
                         500 - p_site.y() / 0.02);
   }
   write_file(file, text);
-  std::vector<KnownPoint> points = read_known_points(file, {}, plan);
+  std::vector<KnownPoint> points = read_known_points(file, map_with_tag(), plan);
   const SiteAlignment alignment = align_to_plan(points, T_level_map);
   EXPECT_LT((alignment.T_site_map.inverse() * T_site_map).translation().norm(), 1e-4);
   EXPECT_LT(alignment.T_site_map.quaternion().angularDistance(T_site_map.quaternion()), 1e-4);
@@ -133,13 +159,16 @@ TEST(SiteFrame, PointsOnAPlanGiveThePoseOnTheFloor) {
   for (KnownPoint& p : points) p.p_site.x() *= -1;
   EXPECT_THAT(error_of([&] { align_to_plan(points, T_level_map); }), HasSubstr("mirrored"));
   write_file(file, "a,0,0,0,0,0,0\n");
-  EXPECT_THAT(error_of([&] { read_known_points(file, {}, plan); }), HasSubstr("7 values"));
+  const auto error = [&] { read_known_points(file, map_with_tag(), plan); };
+  EXPECT_THAT(error_of(error), HasSubstr("7 values"));
+  write_file(file, "a,0,0,0,401,0\n");
+  EXPECT_THAT(error_of(error), HasSubstr("outside the plan of 400 x 500 pixels"));
 }
 
 TEST(SiteFrame, KnownPointsAreReadFromText) {
   const auto file = test::own_path("points.csv");
   write_file(file, "# name, map, site\ndoor,1,2.5,-3,10,20,30\n\nlamp; 1e-1; 0; 0; 1; 2; 3\r\n");
-  const auto points = read_known_points(file, {});
+  const auto points = read_known_points(file, map_with_tag());
   ASSERT_EQ(points.size(), 2U);
   EXPECT_EQ(points[0].name, "door");
   EXPECT_EQ(points[0].p_map, Eigen::Vector3d(1, 2.5, -3));
@@ -156,6 +185,10 @@ TEST(SiteFrame, KnownPointsAreReadFromText) {
   EXPECT_THAT(error_with("b,0,0,x,0,0,0"), HasSubstr("'x' is no number"));
   EXPECT_THAT(error_with("b,0,0,nan,0,0,0"), HasSubstr("'nan' is no number"));
   EXPECT_THAT(error_with("b,0,0,0,4500000,0,0"), HasSubstr("subtract the same offset"));
+  EXPECT_THAT(error_with("b,0,0,-9,0,0,0"), HasSubstr("nearest landmark is 10.1 m away"));
+  write_file(file, "name,x,y,z,X,Y,Z\na,0,0,0,0,0,0\n");
+  EXPECT_THAT(error_of([&] { read_known_points(file, map_with_tag()); }),
+              HasSubstr(":1: is a heading"));
   std::filesystem::remove(file);
 }
 
@@ -200,9 +233,26 @@ TEST(SiteFrame, CentersOfTagsAreThoseOfTheWorld) {
       if (c < 3) add_corner(map, i, 8, c, {0, 0, 0});
     }
   }
-  const TagCenters centers = tag_centers(map);
+  const TagCenters centers = tag_centers(map, 0);
   ASSERT_EQ(centers.size(), 1U);
   EXPECT_LT((centers.at("tag36h11:7") - Eigen::Vector3d(0.15, 2, 1.5)).norm(), 1e-12);
+}
+
+/// The second component has more keyframes.
+TEST(SiteFrame, TheMainComponentIsAligned) {
+  SavedMap saved = map_with_tag();
+  for (int i = 0; i < 2; ++i) add_keyframe(saved.map, 1);
+  saved.map.keyframes[2].id = {2, 0};
+  for (std::uint8_t c = 0; c < 4; ++c) add_corner(saved.map, 1, 9, c, {0, 0, 1});
+  EXPECT_EQ(main_component(saved), 1U);
+  const auto file = test::own_path("points.csv");
+  write_file(file, "tag36h11:9,1,2,3\n");
+  EXPECT_EQ(read_known_points(file, saved)[0].p_map, Eigen::Vector3d(0, 0, 1));
+  EXPECT_FALSE(is_at_site(saved.map, 1));
+  move_world(saved.map, 1, kSiteMap);
+  EXPECT_TRUE(is_at_site(saved.map, 1));
+  EXPECT_FALSE(is_at_site(saved.map, 0));
+  std::filesystem::remove(file);
 }
 
 TEST(SiteFrame, OnlyTheWorldOfTheMapMoves) {
@@ -214,7 +264,7 @@ TEST(SiteFrame, OnlyTheWorldOfTheMapMoves) {
     landmark.observations = {{{i, 0}, 0}};
     map.landmarks.push_back(landmark);
   }
-  move_world(map, kSiteMap);
+  move_world(map, 0, kSiteMap);
   EXPECT_EQ(map.keyframes[0].T_world_camera.translation(), kSiteMap.translation());
   EXPECT_EQ(map.landmarks[0].p_world, kSiteMap * Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(map.landmarks[0].normal, kSiteMap.quaternion() * Eigen::Vector3d::UnitZ());

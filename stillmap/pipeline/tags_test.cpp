@@ -61,7 +61,7 @@ Eigen::Vector3d true_center(std::uint32_t id) {
 
 TEST(Tags, CentersInTheMapAreThoseOfTheScene) {
   const MapContent& map = sides().of_south.map.map;
-  const TagCenters centers = tag_centers(map);
+  const TagCenters centers = tag_centers(map, 0);
   ASSERT_TRUE(centers.contains("tag36h11:0"));
   const Pose T_truth_map = sides().south.sequence->trajectory().front().T_world_camera *
                            map.keyframes.front().T_world_camera.inverse();
