@@ -173,8 +173,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
       initial ? initial->estimate
               : track_reference_keyframe(model_, *local_map, state_.T_world_previous, *frame);
   if (first) {
-    const auto pose = refine_in_local_map(model_, *local_map, *frame, *first, options_.min_inliers,
-                                          options_.previous_frame_points, state_.prior());
+    const auto pose = pose_in_map(*frame, *first, initial.has_value());
     if (pose && agrees_with_prediction(*pose)) {
       if (const auto motion = motion_against_map(*frame, *pose))
         return replace_map(*frame, *motion);
@@ -195,6 +194,38 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
       first ? fmt::format("fewer than {} landmarks agree on a pose", options_.min_inliers)
             : "too few keypoints match the previous frame and the newest keyframe";
   return lost(frame, explain_loss(reason, *frame));
+}
+
+/// Returns the pose by the points of the previous frame as a prior, in a map that is not extended
+/// and of which too few landmarks are in view for a pose by them alone; none if most keypoints
+/// move.
+std::optional<PosePrior> Tracker::odometry_prior(const Frame& frame,
+                                                 const PoseEstimate& initial) const {
+  constexpr double kAlike = 4;  // factor of the variance, for errors that the points share
+  const auto is_landmark = [](const PointMatch& match) { return match.landmark.valid(); };
+  if (extend_ || !options_.tracked_by_odometry || state_.motion_prior ||
+      moving_share(frame.evidence.weight) >= kMovingMajority ||
+      std::ranges::count_if(initial.matches, is_landmark) >= kSureInliers ||
+      std::ssize(initial.matches) < 2 * kSureInliers)
+    return std::nullopt;
+  return PosePrior{initial.T_world_camera, (kAlike * initial.covariance).inverse()};
+}
+
+/// Returns the pose by the landmarks of the map; none if they contradict the odometry, as where the
+/// map ends and many of their matches are wrong.
+/// @param continues  `first` is a pose by the previous frame
+std::optional<LocalMapPose> Tracker::pose_in_map(const Frame& frame, const PoseEstimate& first,
+                                                 bool continues) const {
+  const auto pose_near = [&](const std::optional<PosePrior>& prior) {
+    return refine_in_local_map(model_, *state_.local_map, frame, first, options_.min_inliers,
+                               options_.previous_frame_points, prior);
+  };
+  auto pose = pose_near(state_.prior());
+  const auto odometry = continues ? odometry_prior(frame, first) : std::nullopt;
+  if (!pose || !odometry || odometry->chi2(pose->estimate.T_world_camera) < kContradiction)
+    return pose;
+  pose = pose_near(odometry);
+  return pose && pose->estimate.contradicts_prior ? std::nullopt : pose;
 }
 
 /// Returns the frame and its pose without the measured motion of its parts, if many more landmarks

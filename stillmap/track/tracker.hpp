@@ -126,6 +126,9 @@ class Tracker {
     FramePtr frame;
     LocalMapPose pose;
   };
+  std::optional<PosePrior> odometry_prior(const Frame& frame, const PoseEstimate& initial) const;
+  std::optional<LocalMapPose> pose_in_map(const Frame& frame, const PoseEstimate& first,
+                                          bool continues) const;
   std::optional<Relabeled> pose_without_motion(const Frame& frame, const PoseEstimate& first,
                                                const LocalMapPose& pose) const;
   void calibrate_shutter(const FramePtr& frame, const std::optional<InitialPose>& initial,
