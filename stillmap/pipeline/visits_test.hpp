@@ -31,6 +31,8 @@ inline std::shared_ptr<const SimulatedSequence> sequence_of(const std::string& n
   if (name == "rpy") options.camera = "rpy";
   if (name == "slower") options.speed = 0.8, options.shake = 3;  // with another hand shake
   if (name == "rearranged") options.speed = 0.8, options.shake = 3, options.visit = 2;
+  if (name == "loop") options.camera = "loop", options.frames = 250, options.fps = 15;
+  if (name == "halfsphere") options.camera = "halfsphere", options.frames = 200, options.fps = 15;
   if (name == "longer") {
     options.speed = 0.8, options.shake = 4, options.focal = 375;
     options.width = 400, options.height = 300;
@@ -44,7 +46,8 @@ inline std::shared_ptr<const SimulatedSequence> sequence_of(const std::string& n
 
 /// @param name  xyz, slower (nearly the same path), longer (nearly the same path, by a camera of
 /// larger images and focal length), rearranged (as slower, when some furniture has been moved), rpy
-/// (the same place), corner (another place)
+/// (the same place), corner (another place), loop (around the room), halfsphere (much of the room
+/// from farther away)
 inline const Visit& visit(const std::string& name) {
   static std::map<std::string, Visit> made;
   Visit& v = made[name];
