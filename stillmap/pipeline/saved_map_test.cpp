@@ -421,7 +421,7 @@ TEST(Localizing, WithAnotherCameraIsWithinACentimeterOfTheTruth) {
 /// Where few landmarks of the map are in view, from farther away than in the map, the matches of
 /// books in shelves are wrong.
 TEST(Localizing, FollowsTheOdometryWhereLandmarksContradictIt) {
-  const SlamParameters options = recorded::small_options("fused");
+  const SlamParameters options = parameters_of(read_options("fused"));
   const Visit& mapped = visit("loop");
   const Visit& all = visit("halfsphere");
   const Visit second{all.sequence, {all.frames.begin() + 80, all.frames.end()}};
