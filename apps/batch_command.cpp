@@ -326,8 +326,8 @@ std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, in
 
 /// A row of the table; texts are empty where there is nothing to tell.
 using Row = std::array<std::string, 8>;
-const Row kColumns{"recording", "status",   "frames",   "with a pose",
-                   "ATE [m]",   "time [s]", "findings", "name"};
+const Row kColumns{"recording",         "status", "frames", "with a pose", "ATE [m]", "time [s]",
+                   "findings or error", "name"};
 
 std::string status_of(int code) {
   switch (code) {
@@ -342,10 +342,23 @@ std::string status_of(int code) {
   }
 }
 
+/// Returns the error in what a failed job printed: the last line of the kind; empty without one.
+std::string error_in(const fs::path& log) {
+  constexpr std::string_view kError = "stillmap: ";
+  std::string error;
+  if (!is_file(log)) return error;
+  std::istringstream lines(as_utf8(read_file(log)));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(kError)) error = line.substr(kError.size());
+  }
+  return error;
+}
+
 Row row_of(const Batch& batch, const Job& job, const JobEnd& end) {
   Row row{job.recording, status_of(end.code), "", "", "", fmt::format("{:.1f}", end.seconds), "",
           job.name};
   const fs::path file = batch.results_of(job) / kRunSummary;
+  if (row[1] == "failed") row[6] = error_in(batch.file_of(job, ".log"));
   if (end.code == kFailure || !is_file(file)) return row;
   const auto json = nlohmann::json::parse(read_file(file));
   row[2] = fmt::format("{}", json.at("frames").at("total").get<int>());

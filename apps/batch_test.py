@@ -107,6 +107,7 @@ class Batch(unittest.TestCase):
         output = self.batch("recordings/visit_1", "broken", code=1)
         self.assertEqual([row["status"] for row in self.rows()], ["done", "failed"])
         self.assertIn("jobs/broken.log", output)
+        self.assertIn("broken", self.rows()[1]["findings or error"])
         self.assertIn('<a href="jobs/broken.log">broken</a>', (self.out / "results.html").read_text())
         self.assertIn("fix:", (self.out / "jobs" / "broken.log").read_text())
 

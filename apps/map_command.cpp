@@ -418,7 +418,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   CLI::App* slimming =
       map->add_subcommand("slim", "write the map without the views of its dense map");
   slimming->add_option("file", arguments->file, "saved map, or folder of a run")->required();
-  slimming->add_option("--out", arguments->out, "file to write; default: NAME.slim.map")
+  slimming->add_option("-o,--out", arguments->out, "file to write; default: NAME.slim.map")
       ->type_name("FILE");
   add_force_option(*slimming, arguments->force);
   slimming->footer("Example:\n  stillmap map slim office.map --out small.map");

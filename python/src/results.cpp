@@ -234,7 +234,11 @@ void bind_movers(py::module_& module) {
           "Lower and upper corner in the saved map, 2x3 float64 [m]; None: it appeared.")
       .def_property_readonly(
           "after", [](const ObjectChange& c) { return corners_of(c.after); },
-          "Present lower and upper corner, 2x3 float64 [m]; None: it went.");
+          "Present lower and upper corner, 2x3 float64 [m]; None: it went.")
+      .def("__repr__", [](const ObjectChange& c) {
+        const char* kind = !c.before ? "appeared" : !c.after ? "went" : "moved";
+        return "<stillmap.ObjectChange: " + c.class_name + " " + kind + ">";
+      });
   py::class_<MovingObjectTrack>(module, "MoverTrack", "A moving object over the whole run.")
       .def_readonly("id", &MovingObjectTrack::id)
       .def_readonly("class_name", &MovingObjectTrack::class_name)

@@ -357,7 +357,7 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   const MergedMap merged = merge_maps(std::move(maps), options, "changes");
   if (!merged.pairs.front().connected) {
     throw Error("shows no place of " + merged.names[0] + ": " + merged.pairs.front().reason,
-                merged.names[1], "name maps of the same place");
+                merged.names[1], "name maps of the same place that share views of it, or tags");
   }
   found.world = merged.names.front();
   ViewPoses poses_before, poses_after;
