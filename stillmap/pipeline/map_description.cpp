@@ -25,10 +25,6 @@ constexpr std::array<Rgb, 6> kColors = {{{255, 255, 255},
                                          {240, 90, 140},
                                          {200, 160, 255}}};
 
-std::uint32_t component_of(const MapContent& map, const Landmark& landmark) {
-  return map.keyframes[landmark.observations.front().keyframe.slot].component;
-}
-
 std::string extent_text(const Eigen::AlignedBox3d& box) {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
   if (!box.isEmpty()) size = box.sizes();

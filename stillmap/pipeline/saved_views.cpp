@@ -32,6 +32,10 @@ ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component) {
   return largest == by_component.end() ? ViewPoses() : largest->second;
 }
 
+std::uint32_t component_of(const MapContent& map, const Landmark& landmark) {
+  return map.keyframes[landmark.observations.front().keyframe.slot].component;
+}
+
 std::uint32_t main_component(const SavedMap& saved) {
   std::map<std::uint32_t, std::size_t> sizes;
   for (const AnchoredView& view : saved.views)

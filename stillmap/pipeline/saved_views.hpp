@@ -24,6 +24,9 @@ std::uint64_t image_hash(const DenseView& view);
 /// components have other worlds, so they cannot be fused with these.
 ViewPoses largest_of(const std::map<std::uint32_t, ViewPoses>& by_component);
 
+/// Returns the component that a landmark belongs to.
+std::uint32_t component_of(const MapContent& map, const Landmark& landmark);
+
 /// Returns the component of a saved map that is shown, exported and aligned: that with most views,
 /// without views that with most keyframes; of equals the first. 0 for an empty map.
 std::uint32_t main_component(const SavedMap& saved);
