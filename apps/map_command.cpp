@@ -140,7 +140,7 @@ int write_aligned(const MapArguments& arguments, const std::vector<KnownPoint>& 
   if (saved.map.first.size() > 1)
     print_out("component {} is aligned; the other {} stay in frames of their own\n", component,
               saved.map.first.size() - 1);
-  std::string problem = contradiction(points, alignment);
+  std::string problem = alignment.contradiction;
   if (problem.empty()) problem = reason_against_up(saved.map, component);
   if (problem.empty()) return code_for(saved);
   print_error("DO NOT TRUST THIS RESULT: {}\n", problem);

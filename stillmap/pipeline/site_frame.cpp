@@ -103,6 +103,21 @@ void require_alignable(const std::vector<KnownPoint>& points) {
       kWhere, "give both in meters, and check which point is which");
 }
 
+/// Returns SiteAlignment::contradiction.
+std::string contradiction_of(const std::vector<KnownPoint>& points,
+                             const std::vector<double>& errors) {
+  const double worst = std::ranges::max(errors);
+  if (worst <= largest_error(columns_of(points, points.size()))) return {};
+  if (const KnownPoint* outlier = outlier_of(points))
+    return fmt::format("{} is {:.0f} mm from where the other points have it: check its coordinates",
+                       outlier->name,
+                       1000 * errors[static_cast<std::size_t>(outlier - points.data())]);
+  return fmt::format(
+      "the points contradict each other by up to {:.0f} mm: check which point is which, and that "
+      "the axes of the site are right-handed",
+      1000 * worst);
+}
+
 }  // namespace
 
 bool is_at_site(const MapContent& map, std::uint32_t component) {
@@ -117,14 +132,18 @@ bool is_at_site(const MapContent& map, std::uint32_t component) {
 SiteAlignment align_to_site(const std::vector<KnownPoint>& points) {
   require_alignable(points);
   const Columns all = columns_of(points, points.size());
-  SiteAlignment alignment{align_points(all.site, all.map), {}, {}};
+  SiteAlignment alignment{.T_site_map = align_points(all.site, all.map)};
   alignment.errors = errors_of(all, alignment.T_site_map);
-  if (points.size() < 4) return alignment;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Columns others = columns_of(points, i);
-    const Pose T_site_map = align_points(others.site, others.map);
-    alignment.errors_of_others.push_back((points[i].p_site - T_site_map * points[i].p_map).norm());
+  if (points.size() > 3) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Columns others = columns_of(points, i);
+      const Pose T_site_map = align_points(others.site, others.map);
+      alignment.errors_of_others.push_back(
+          (points[i].p_site - T_site_map * points[i].p_map).norm());
+    }
   }
+  alignment.contradiction = contradiction_of(
+      points, alignment.errors_of_others.empty() ? alignment.errors : alignment.errors_of_others);
   return alignment;
 }
 
@@ -139,22 +158,6 @@ SiteAlignment align_to_plan(std::vector<KnownPoint> points, const Pose& T_level_
                 "check which point is which, and that columns count to the right and rows down");
   alignment.T_site_map = alignment.T_site_map * T_level_map;
   return alignment;
-}
-
-std::string contradiction(const std::vector<KnownPoint>& points, const SiteAlignment& alignment) {
-  const std::vector<double>& errors =
-      alignment.errors_of_others.empty() ? alignment.errors : alignment.errors_of_others;
-  const double worst = std::ranges::max(errors);
-  if (worst <= largest_error(columns_of(points, points.size()))) return {};
-  if (const KnownPoint* outlier = outlier_of(points))
-    return fmt::format("{} is {:.0f} mm from where the other points have it: check its coordinates",
-                       outlier->name,
-                       1000 * errors[static_cast<std::size_t>(outlier - points.data())]);
-  return fmt::format(
-      "the points contradict each other by up to {:.0f} mm: check which point is which, and that "
-      "X, "
-      "Y, Z are right-handed",
-      1000 * worst);
 }
 
 std::string reason_against_up(const MapContent& map, std::uint32_t component) {

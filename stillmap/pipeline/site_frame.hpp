@@ -16,9 +16,13 @@ bool is_at_site(const MapContent& map, std::uint32_t component);
 /// How a map lies at its site.
 struct SiteAlignment {
   Pose T_site_map;
-  std::vector<double> errors;  ///< Distance of each point from its place at the site [m].
+  std::vector<double> errors = {};  ///< Distance of each point from its place at the site [m].
   /// The same by an alignment without the point itself; empty for fewer than four points.
-  std::vector<double> errors_of_others;
+  std::vector<double> errors_of_others = {};
+  /// Why it is probably wrong: some points are farther than 0.1 m, and than 5 % of the extent of
+  /// the points, from where the others (of three points: all) have them; with the name of the point
+  /// without which the others fit. Empty if it is not.
+  std::string contradiction = {};
 };
 
 /// Aligns points by least squares: see align_points(). Throws Error for fewer than three points,
@@ -30,11 +34,6 @@ SiteAlignment align_to_site(const std::vector<KnownPoint>& points);
 /// align_to_site(), also throws Error for a mirrored plan.
 /// @param T_level_map  motion of the map's floor to the plane z = 0
 SiteAlignment align_to_plan(std::vector<KnownPoint> points, const Pose& T_level_map);
-
-/// Returns why an alignment is probably wrong: some points are farther than 0.1 m, and than 5 % of
-/// the extent of the points, from where the others (of three points: all) have them; with the name
-/// of the point without which the others fit. Empty if it is not.
-std::string contradiction(const std::vector<KnownPoint>& points, const SiteAlignment& alignment);
 
 /// Returns why an aligned component is probably turned over: its cameras are upside down if Z
 /// points up. Empty if they are not.

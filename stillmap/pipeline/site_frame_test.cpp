@@ -89,10 +89,10 @@ TEST(SiteFrame, AWrongPointIsFoundByTheOthers) {
   EXPECT_NEAR(alignment.errors_of_others.back(), 0.1, 1e-9);
   EXPECT_LT(alignment.errors.back(), 0.1) << "it draws the alignment to itself";
   EXPECT_TRUE(align_to_site({points.begin(), points.begin() + 3}).errors_of_others.empty());
-  EXPECT_EQ(contradiction(points, alignment), "") << "less than 5 % of the extent";
+  EXPECT_EQ(alignment.contradiction, "") << "less than 5 % of the extent";
   points.back().p_site = kSiteMap * Eigen::Vector3d(2.5, 2, 0);
-  EXPECT_THAT(contradiction(points, align_to_site(points)), HasSubstr("wrong is 500 mm"));
-  EXPECT_EQ(contradiction(corners(), align_to_site(corners())), "");
+  EXPECT_THAT(align_to_site(points).contradiction, HasSubstr("wrong is 500 mm"));
+  EXPECT_EQ(align_to_site(corners()).contradiction, "");
   points.back().p_site = kSiteMap * Eigen::Vector3d(2, 2, 90);
   EXPECT_THAT(error_of([&] { align_to_site(points); }), HasSubstr("wrong does not fit"));
 }
@@ -101,7 +101,7 @@ TEST(SiteFrame, OfExchangedPointsNoneIsBlamed) {
   std::vector<KnownPoint> points = corners();
   points.push_back({"p4", {2, 2, 0}, kSiteMap * Eigen::Vector3d(2, 2, 0)});
   std::swap(points[0].p_site, points[4].p_site);
-  EXPECT_THAT(contradiction(points, align_to_site(points)), HasSubstr("contradict each other"));
+  EXPECT_THAT(align_to_site(points).contradiction, HasSubstr("contradict each other"));
 }
 
 /// Three points fit their mirror image.
@@ -156,6 +156,13 @@ TEST(SiteFrame, PointsOnAPlanGiveThePoseOnTheFloor) {
   EXPECT_LT((alignment.T_site_map.inverse() * T_site_map).translation().norm(), 1e-4);
   EXPECT_LT(alignment.T_site_map.quaternion().angularDistance(T_site_map.quaternion()), 1e-4);
   for (const double error : alignment.errors) EXPECT_LT(error, 1e-4);
+  points.push_back({"p3", {2, 0.5, 2}, T_site_map * Eigen::Vector3d(2, 0.5, 2)});
+  points.push_back({"p4", {3, -0.5, 3}, T_site_map * Eigen::Vector3d(3, -0.5, 3)});
+  for (KnownPoint& p : points) p.p_site.z() = 0;
+  EXPECT_EQ(align_to_plan(points, T_level_map).contradiction, "") << "heights do not matter";
+  points.back().p_site.x() += 0.5;
+  EXPECT_THAT(align_to_plan(points, T_level_map).contradiction, HasSubstr("p4 is"));
+  points.resize(3);
   for (KnownPoint& p : points) p.p_site.x() *= -1;
   EXPECT_THAT(error_of([&] { align_to_plan(points, T_level_map); }), HasSubstr("mirrored"));
   write_file(file, "a,0,0,0,0,0,0\n");
