@@ -131,6 +131,7 @@ class Batch(unittest.TestCase):
         alike = shutil.copytree(other, self.folder / "deep" / other.parent.name / other.name)
         names = [Path(line).name for line in self.batch(other, alike, "--dry-run").splitlines()]
         self.assertEqual(names, [f"{self.folder.name}_other_visit_0", "deep_other_visit_0"])
+        self.assertEqual(len(self.batch("recordings/visit_0", "recordings/visit_0/", "--dry-run").splitlines()), 1)
         for name in ("visit.bag", "visit.mcap"):
             (self.folder / name).touch()
         names = [Path(line).name for line in self.batch("visit.bag", "visit.mcap", "--dry-run").splitlines()]

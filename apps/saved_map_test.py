@@ -277,6 +277,14 @@ for model in models:
         for a, b in zip(there, here):
             for x, y in zip(a[:3], at_site(*b[:3])):
                 self.assertAlmostEqual(x, y, delta=1e-3)
+        self.refused(stillmap("map", "align", aligned, "--points", survey, "--out", aligned), 1, "is one of the maps to read")
+        # A merge is in the frame of the site, although the other map is older.
+        newer, other, merged = (self.folder / name for name in ("newer.map", "newer_site.map", "both.map"))
+        self.assertEqual(self.run_sequence("newer", "--first", 10, "--save-map", newer).returncode, 0)
+        self.assertEqual(stillmap("map", "align", newer, "--points", survey, "--out", other).returncode, 0)
+        done = stillmap("map", "merge", self.map, other, "--out", merged)
+        self.assertIn(f"the world is that of {other}", done.stdout)
+        self.assertIn("in the frame of a site", stillmap("map", "info", merged).stdout)
         survey.write_text("a,0,0,0,1,1,1\n")
         self.refused(stillmap("map", "align", self.map, "--points", survey, "--out", aligned), 1, "1 points, too few")
 

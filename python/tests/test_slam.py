@@ -320,6 +320,13 @@ def test_saved_maps_are_merged(frames, camera, tmp_path):
     assert [again.push(frame) for frame in frames[3:6]][-1].state == "tracked"
     with pytest.raises(stillmap.Error, match="needs at least two maps"):
         stillmap.merge_maps(files[:1], tmp_path / "one.map")
+    before = files[0].read_bytes()
+    with pytest.raises(stillmap.Error, match="is one of the maps to read"):
+        stillmap.merge_maps(files, files[0])
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(stillmap.Error, match="is no map"):
+        stillmap.merge_maps(files, tmp_path / "notes.txt")
+    assert (files[0].read_bytes(), (tmp_path / "notes.txt").read_text()) == (before, "mine")
 
 
 def test_the_mode_changes_while_it_runs(frames, camera):
