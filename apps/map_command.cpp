@@ -467,8 +467,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
           "lines 'name,x,y,z,X,Y,Z': coordinates of three or more points in the map, as the view's "
           "Measure shows them, and at the site [m]; or 'tag36h11:7,X,Y,Z' for the center of a tag "
           "that `map info` lists; or 'name@TIME,u,v,X,Y,Z' for a pixel of the undistorted image of "
-          "a "
-          "keyframe, whose times are in keyframes.txt; with --plan U,V in place of X,Y,Z")
+          "a keyframe, whose times are in keyframes.txt; with --plan U,V in place of X,Y,Z")
       ->required();
   CLI::Option* plan = aligning->add_option(
       "--plan", arguments->plan,

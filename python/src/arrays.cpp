@@ -201,6 +201,8 @@ py::object view_of(const cv::Mat& image, const std::shared_ptr<const void>& owne
       return array_of(Memory{owner, image.data + 2, "B", 1, {height, width, 3}, {row, 3, -1}});
     case CV_8UC1:
       return array_of(Memory{owner, image.data, "B", 1, {height, width}, {row, 1}});
+    case CV_8SC1:
+      return array_of(Memory{owner, image.data, "b", 1, {height, width}, {row, 1}});
     case CV_32FC1:
       return array_of(Memory{owner, image.data, "f", 4, {height, width}, {row, 4}});
     default:

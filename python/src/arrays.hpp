@@ -51,7 +51,8 @@ pybind11::object rows_of(const Trajectory& trajectory);
 /// Error for any other object.
 Trajectory trajectory_of(const pybind11::object& rows_or_file, const char* name);
 
-/// Returns a read-only view of an image of 8-bit gray, 8-bit BGR (as RGB) or 32-bit float.
+/// Returns a read-only view of an image of 8-bit gray (signed, too), 8-bit BGR (as RGB) or 32-bit
+/// float.
 pybind11::object view_of(const cv::Mat& image, const std::shared_ptr<const void>& owner);
 
 /// An image that a Python object lends, without a copy where its memory has OpenCV's layout.

@@ -132,14 +132,6 @@ void bind_cloud(py::module_& module) {
 
 using GridPtr = std::shared_ptr<NavigationGrid>;
 
-/// Returns the values of an image of the grid's cells.
-template <typename Value>
-py::object cells_of(const GridPtr& grid, const cv::Mat_<Value>& cells, const char* format) {
-  constexpr py::ssize_t kItem = sizeof(Value);
-  return array_of(Memory{
-      grid, cells.data, format, kItem, {cells.rows, cells.cols}, {kItem * cells.cols, kItem}});
-}
-
 GridPtr grid_of(const Cloud& cloud, const Matrix4& T_map_world,
                 const std::vector<Eigen::Vector3d>& way, const NavigationGridOptions& options) {
   auto grid = navigation_grid(cloud, way, motion_of(T_map_world, "T_map_world"), options);
@@ -158,10 +150,10 @@ void bind_navigation_grid(py::module_& module) {
           [](const NavigationGrid& grid) { return std::pair(grid.origin.x(), grid.origin.y()); },
           "(x, y) [m], frame map.")
       .def_property_readonly(
-          "cells", [](const GridPtr& grid) { return cells_of(grid, grid->cells, "b"); },
+          "cells", [](const GridPtr& grid) { return view_of(grid->cells, grid); },
           "Rows x columns int8: 0 free, 100 occupied, -1 unknown, as in nav_msgs/OccupancyGrid.")
       .def_property_readonly(
-          "distances", [](const GridPtr& grid) { return cells_of(grid, grid->distances, "f"); },
+          "distances", [](const GridPtr& grid) { return view_of(grid->distances, grid); },
           "Rows x columns float32: distance from the nearest occupied cell [m].")
       .def(
           "distance_at",

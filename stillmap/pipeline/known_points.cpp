@@ -156,8 +156,7 @@ void require_in_map(const Eigen::Vector3d& p_map, const SavedMap& saved, const s
   }
   if (nearest > kFarFromMap)
     throw Error(
-        fmt::format("({:g}, {:g}, {:g}) is not in the map: its nearest landmark is {:.1f} m "
-                    "away",
+        fmt::format("({:g}, {:g}, {:g}) is not in the map: its nearest landmark is {:.1f} m away",
                     p_map.x(), p_map.y(), p_map.z(), nearest),
         where, "write the coordinates of the point in the map, then those at the site");
 }

@@ -575,19 +575,20 @@ class StillmapNode(Node):
     def _publish_map(self, mapper, stamp):
         snapshot = mapper.slam.snapshot()
         T, frame = mapper.T_map_world, self.settings["map_frame"]
-        points = (snapshot.cloud.points @ T[:3, :3].T + T[:3, 3]).astype(np.float32)
         T_camera_base = inverse(mapper.T_base_camera)
-        poses = [(round(row[0] * 1e9), T @ matrix_of_pose(*row[1:]) @ T_camera_base) for row in snapshot.trajectory[::5]]
+        bases = [(round(row[0] * 1e9), matrix_of_pose(*row[1:]) @ T_camera_base) for row in snapshot.trajectory[::5]]
         if self.path.get_subscription_count():
-            self.path.publish(messages.path_of(poses, stamp, frame))
+            self.path.publish(messages.path_of([(time, T @ T_world_base) for time, T_world_base in bases], stamp, frame))
+
+        def in_map(points):
+            return (points @ T[:3, :3].T + T[:3, 3]).astype(np.float32)
         if self.cloud.get_subscription_count():
-            self.cloud.publish(messages.cloud_of(points, snapshot.cloud.colors, stamp, frame))
+            self.cloud.publish(messages.cloud_of(in_map(snapshot.cloud.points), snapshot.cloud.colors, stamp, frame))
         if self.cloud_added.get_subscription_count() or self.cloud_removed.get_subscription_count():
             added, removed = self.changes.update(snapshot.cloud.points, snapshot.cloud_voxels)
-            removed = removed @ T[:3, :3].T + T[:3, 3]
-            self.cloud_added.publish(messages.cloud_of(points[added], snapshot.cloud.colors[added], stamp, frame))
-            self.cloud_removed.publish(messages.cloud_of(removed, np.zeros_like(removed, np.uint8), stamp, frame))
-        way = [(matrix_of_pose(*row[1:]) @ T_camera_base)[:3, 3] for row in snapshot.trajectory[::5]]
+            self.cloud_added.publish(messages.cloud_of(in_map(snapshot.cloud.points[added]), snapshot.cloud.colors[added], stamp, frame))
+            self.cloud_removed.publish(messages.cloud_of(in_map(removed), np.zeros_like(removed, np.uint8), stamp, frame))
+        way = [T_world_base[:3, 3] for _, T_world_base in bases]
         grid = stillmap.navigation_grid(snapshot.cloud, T, way=way, cell=self.settings["grid_cell"], lowest=self.settings["grid_lowest"],
                                         highest=self.settings["grid_highest"], radius=self.settings["robot_radius"])
         if grid is not None:
