@@ -3,7 +3,7 @@
 /// and short paths across it are observed with noise and drift, without images. The floor grows
 /// with the number of paths, so that every place is on the same number of paths. Printed for each
 /// number of maps: keyframes, connected maps, ATE of each component, time and peak memory, and the
-/// exponents of their growth; with --group the maps are merged in groups of so many first.
+/// exponents of their growth.
 #include "stillmap/base/machine.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/evaluate.hpp"
@@ -36,7 +36,6 @@ constexpr double kFloorPerMap = 6;  // [m^2]
 
 struct Arguments {
   std::vector<int> counts{10, 30, 100};
-  std::size_t group = 0;  // number of maps merged at once; 0: all
 };
 
 using Cell = std::tuple<int, int, int>;
@@ -182,25 +181,6 @@ SavedMap map_of(int number, double side, Trajectory& truth) {
   return {"lab", map.content(), {}};
 }
 
-/// Merges maps, in groups if there are more than `group` of them.
-MergedMap merged(std::vector<NamedMap> maps, std::size_t group) {
-  while (group > 0 && maps.size() > group) {
-    std::vector<NamedMap> larger;
-    for (std::size_t begin = 0; begin < maps.size(); begin += group) {
-      const std::size_t end = std::min(begin + group, maps.size());
-      std::vector<NamedMap> part(
-          std::make_move_iterator(maps.begin() + static_cast<std::ptrdiff_t>(begin)),
-          std::make_move_iterator(maps.begin() + static_cast<std::ptrdiff_t>(end)));
-      const std::string name = part.front().name;
-      larger.push_back(part.size() == 1
-                           ? std::move(part.front())
-                           : NamedMap{name, merge_maps(std::move(part), {}, "lab").saved});
-    }
-    maps = std::move(larger);
-  }
-  return merge_maps(std::move(maps), {}, "lab");
-}
-
 /// Returns the trajectories of the components, the largest first.
 std::vector<Trajectory> trajectories_of(const MapContent& map) {
   std::map<std::uint32_t, Trajectory> by_component;
@@ -219,14 +199,14 @@ struct Figures {
   double maps = 0, seconds = 0, mib = 0;
 };
 
-Figures measure(int maps, std::size_t group) {
+Figures measure(int maps) {
   Trajectory truth;
   std::vector<NamedMap> made;
   for (int i = 0; i < maps; ++i)
     made.push_back({fmt::format("{:05}", i), map_of(i, std::sqrt(kFloorPerMap * maps), truth)});
   const double cpu = process_cpu_ms();
   const Stopwatch watch;
-  const MergedMap result = merged(std::move(made), group);
+  const MergedMap result = merge_maps(std::move(made), {}, "lab");
   const double seconds = watch.milliseconds() / 1000, cpu_seconds = (process_cpu_ms() - cpu) / 1000;
   const std::vector<Trajectory> components = trajectories_of(result.saved.map);
   double worst = 0;
@@ -250,7 +230,7 @@ void measure_all(const Arguments& arguments) {
       "ATE of a component [mm] | time [s] | CPU [s] | peak memory [MiB] |\n"
       "|---|---|---|---|---|---|---|---|---|---|\n");
   std::vector<Figures> all;
-  for (const int maps : arguments.counts) all.push_back(measure(maps, arguments.group));
+  for (const int maps : arguments.counts) all.push_back(measure(maps));
   for (std::size_t i = 1; i < all.size(); ++i) {
     const double decades = std::log(all[i].maps / all[i - 1].maps);
     fmt::print("from {} to {} maps: time as n^{:.2f}, memory as n^{:.2f}\n", all[i - 1].maps,
@@ -267,10 +247,6 @@ void add_merge_scale_command(CLI::App& app) {
       "merge-scale", "time and memory of a merge against the number of maps of a simulated floor");
   command->add_option("--maps", arguments->counts, "numbers of maps, ascending")
       ->delimiter(',')
-      ->capture_default_str();
-  command
-      ->add_option("--group", arguments->group,
-                   "merge groups of so many maps first; 0: all at once")
       ->capture_default_str();
   command->callback([arguments] { measure_all(*arguments); });
 }

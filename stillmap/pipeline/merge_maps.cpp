@@ -3,6 +3,7 @@
 
 #include "stillmap/base/counted.hpp"
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/fnv1a.hpp"
 #include "stillmap/pipeline/map_maker.hpp"
 #include "stillmap/pipeline/relative_place.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
@@ -12,6 +13,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -21,21 +23,26 @@
 namespace stillmap {
 namespace {
 
+/// Number of maps that are merged at once. Landmarks of two maps are welded where their projections
+/// agree within pixels, so small maps are adjusted before large ones are joined: see
+/// lab/records/merging.md.
+constexpr std::size_t kGroup = 10;
+
 /// A map, and what decides its place among others.
 struct Sorted {
   NamedMap map;
-  bool elsewhere;     // its world is not the frame of a site
-  double begin;       // timestamp of its oldest keyframe [s]
-  std::string bytes;  // its sections, equal for equal maps
+  bool elsewhere;      // its world is not the frame of a site
+  double begin;        // timestamp of its oldest keyframe [s]
+  std::uint64_t hash;  // of its sections
 };
 
 Sorted sortable(NamedMap map) {
-  Sorted sorted{std::move(map), true, std::numeric_limits<double>::infinity(), {}};
-  sorted.elsewhere = !is_at_site(sorted.map.saved.map, main_component(sorted.map.saved));
-  for (const Keyframe& k : sorted.map.saved.map.keyframes)
-    sorted.begin = std::min(sorted.begin, k.timestamp);
-  for (const Section& section : map_sections(sorted.map.saved.map)) sorted.bytes += section.bytes;
-  return sorted;
+  const bool elsewhere = !is_at_site(map.saved.map, main_component(map.saved));
+  double begin = std::numeric_limits<double>::infinity();
+  for (const Keyframe& k : map.saved.map.keyframes) begin = std::min(begin, k.timestamp);
+  std::uint64_t hash = fnv1a("");
+  for (const Section& section : map_sections(map.saved.map)) hash = fnv1a(section.bytes, hash);
+  return {std::move(map), elsewhere, begin, hash};
 }
 
 /// Returns the maps in an order that depends on their content only. Throws Error for equal ones.
@@ -43,10 +50,10 @@ std::vector<NamedMap> in_order(std::vector<NamedMap> maps) {
   std::vector<Sorted> sorted;
   for (NamedMap& map : maps) sorted.push_back(sortable(std::move(map)));
   std::sort(sorted.begin(), sorted.end(), [](const Sorted& a, const Sorted& b) {
-    return std::tie(a.elsewhere, a.begin, a.bytes) < std::tie(b.elsewhere, b.begin, b.bytes);
+    return std::tie(a.elsewhere, a.begin, a.hash) < std::tie(b.elsewhere, b.begin, b.hash);
   });
   for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (sorted[i].bytes != sorted[i - 1].bytes) continue;
+    if (sorted[i].hash != sorted[i - 1].hash) continue;
     throw Error("is the same map as " + sorted[i - 1].map.name, sorted[i].map.name,
                 "name each map once");
   }
@@ -55,91 +62,103 @@ std::vector<NamedMap> in_order(std::vector<NamedMap> maps) {
   return maps;
 }
 
-/// Maps side by side in one, as unconnected components.
+/// The pairs of all given maps. The given map of a keyframe is known by its session.
+class MapPairs {
+ public:
+  /// @param begin_of_sessions  the first session of each map, ascending
+  explicit MapPairs(std::vector<std::uint32_t> begin_of_sessions)
+      : begin_(std::move(begin_of_sessions)) {}
+
+  /// Adds a comparison of keyframes of two sessions.
+  void add(const PlaceComparison& comparison, std::uint32_t session, std::uint32_t other_session) {
+    const auto [a, b] = std::minmax({map_of(session), map_of(other_session)});
+    if (a == b) return;
+    auto& [pair, passed] = compared_[{a, b}];
+    const LoopVerification& verification = comparison.verification;
+    if (comparison.confirmed) {
+      ++pair.places;
+      pair.inliers = std::max(pair.inliers, verification.match->inliers);
+    }
+    if (passed >= verification.passed) return;
+    passed = verification.passed;
+    pair.reason =
+        verification.match ? "no second place confirms the only one" : verification.reason;
+  }
+
+  /// Returns all pairs, connected if both maps have keyframes in one component.
+  /// @param components  of each map
+  std::vector<MapPair> described(const std::vector<std::set<std::uint32_t>>& components) const {
+    std::vector<MapPair> described;
+    for (std::size_t b = 1; b < begin_.size(); ++b) {
+      for (std::size_t a = 0; a < b; ++a) {
+        const auto compared = compared_.find({a, b});
+        described.push_back(compared == compared_.end() ? Compared().pair : compared->second.pair);
+        MapPair& pair = described.back();
+        pair.a = a, pair.b = b;
+        pair.connected = std::ranges::any_of(
+            components[a], [&](std::uint32_t c) { return components[b].contains(c); });
+        if (pair.connected) pair.reason.clear();
+      }
+    }
+    return described;
+  }
+
+ private:
+  struct Compared {
+    MapPair pair{.reason = "no keyframes look alike"};
+    int passed = -1;  // the most tests that two keyframes passed
+  };
+
+  std::size_t map_of(std::uint32_t session) const {
+    return static_cast<std::size_t>(std::ranges::upper_bound(begin_, session) - begin_.begin()) - 1;
+  }
+
+  std::vector<std::uint32_t> begin_;
+  std::map<std::pair<std::size_t, std::size_t>, Compared> compared_;
+};
+
+/// A map of one or several given ones, that follow each other in their order.
+struct Part {
+  NamedMap map;  // with the name of the first
+  /// Of each given map: a keyframe of every component in which it lies.
+  std::vector<std::vector<KeyframeId>> keyframes_of;
+};
+
+/// Parts side by side in one map, as unconnected components.
 class Collection {
  public:
   Collection(const Camera& camera, const PyramidShape& pyramid) : map_(camera, pyramid) {}
 
-  /// @param name of the map, for messages
-  void add(SavedMap saved, const std::string& name) {
-    const std::vector<KeyframeId> keyframes = map_.add(
-        map_for(std::move(saved.map), map_.camera(), map_.pyramid(), name), MapAge::kYounger);
+  void add(Part part) {
+    SavedMap& saved = part.map.saved;
+    for (const Keyframe& k : saved.map.keyframes) sessions_.push_back(k.session);
+    const std::vector<KeyframeId> keyframes =
+        map_.add(map_for(std::move(saved.map), map_.camera(), map_.pyramid(), part.map.name),
+                 MapAge::kYounger);
     const std::uint16_t earlier_visits = end_of_visits(views_);
     for (AnchoredView& view : saved.views) {
       view.view.visit = static_cast<std::uint16_t>(view.view.visit + earlier_visits);
       view.anchor = keyframes[view.anchor.slot];
       views_.push_back(std::move(view));
     }
-    end_of_map_.push_back(map_.keyframe_count());
+    for (std::vector<KeyframeId>& of_map : part.keyframes_of) {
+      for (KeyframeId& id : of_map) id = keyframes[id.slot];
+      keyframes_of_.push_back(std::move(of_map));
+    }
   }
 
   Map take_map() { return std::move(map_); }
   std::vector<AnchoredView> take_views() { return std::move(views_); }
-
-  /// Returns the number of the map that a keyframe comes from.
-  std::size_t map_of(KeyframeId keyframe) const {
-    return std::upper_bound(end_of_map_.begin(), end_of_map_.end(), keyframe.slot) -
-           end_of_map_.begin();
-  }
+  std::vector<std::vector<KeyframeId>> take_keyframes_of() { return std::move(keyframes_of_); }
+  /// Returns the session that a keyframe had in its part.
+  std::uint32_t session_of(KeyframeId keyframe) const { return sessions_[keyframe.slot]; }
 
  private:
   Map map_;
   std::vector<AnchoredView> views_;
-  std::vector<std::size_t> end_of_map_;  // number of keyframes of the maps up to each
+  std::vector<std::vector<KeyframeId>> keyframes_of_;  // see Part
+  std::vector<std::uint32_t> sessions_;                // by slot
 };
-
-std::vector<MapPair> all_pairs(std::size_t maps) {
-  std::vector<MapPair> pairs;
-  for (std::size_t b = 1; b < maps; ++b) {
-    for (std::size_t a = 0; a < b; ++a)
-      pairs.push_back({a, b, 0, 0, false, "no keyframes look alike"});
-  }
-  return pairs;
-}
-
-/// Sets the places, inliers and reasons of all pairs from the comparisons of their keyframes.
-void describe(const std::vector<PlaceComparison>& comparisons, const Collection& maps,
-              std::vector<MapPair>& pairs) {
-  std::map<std::pair<std::size_t, std::size_t>, MapPair*> by_maps;
-  for (MapPair& pair : pairs) by_maps[{pair.a, pair.b}] = &pair;
-  std::map<const MapPair*, int> passed;
-  for (const PlaceComparison& c : comparisons) {
-    const auto [a, b] = std::minmax({maps.map_of(c.query), maps.map_of(c.candidate)});
-    if (a == b) continue;
-    MapPair& pair = *by_maps.at({a, b});
-    if (c.confirmed) {
-      ++pair.places;
-      pair.inliers = std::max(pair.inliers, c.verification.match->inliers);
-    }
-    if (const auto before = passed.find(&pair);
-        before != passed.end() && before->second >= c.verification.passed)
-      continue;
-    passed[&pair] = c.verification.passed;
-    pair.reason =
-        c.verification.match ? "no second place confirms the only one" : c.verification.reason;
-  }
-  for (MapPair& pair : pairs) {
-    if (pair.places > 0) pair.reason.clear();
-  }
-}
-
-/// Sets which pairs lie in one world: any of their keyframes in one component.
-void set_connected(const Map& map, const Collection& maps, std::vector<MapPair>& pairs) {
-  std::map<std::size_t, std::vector<std::uint32_t>> components;
-  map.for_each_keyframe(
-      [&](const Keyframe& k) { components[maps.map_of(k.id)].push_back(k.component); });
-  for (auto& [number, of_map] : components) {
-    std::sort(of_map.begin(), of_map.end());
-    of_map.erase(std::unique(of_map.begin(), of_map.end()), of_map.end());
-  }
-  for (MapPair& pair : pairs) {
-    std::vector<std::uint32_t> common;
-    std::set_intersection(components[pair.a].begin(), components[pair.a].end(),
-                          components[pair.b].begin(), components[pair.b].end(),
-                          std::back_inserter(common));
-    pair.connected = !common.empty();
-  }
-}
 
 std::size_t surfaces_of(const DenseView& view) {
   return view.kind.total() - static_cast<std::size_t>(std::ranges::count(view.kind, kNoSurface));
@@ -173,13 +192,115 @@ std::vector<AnchoredView> attached(std::vector<AnchoredView> views, const Map& m
   return left;
 }
 
+/// Numbers the sessions of all maps in turn. Returns the first one of each map.
+std::vector<std::uint32_t> number_sessions(std::vector<NamedMap>& maps) {
+  std::vector<std::uint32_t> begin;
+  std::uint32_t end = 0;
+  for (NamedMap& map : maps) {
+    begin.push_back(end);
+    for (Keyframe& k : map.saved.map.keyframes) {
+      k.session += begin.back();
+      end = std::max(end, k.session + 1);
+    }
+  }
+  return begin;
+}
+
+std::vector<Part> parts_of(std::vector<NamedMap> maps) {
+  std::vector<Part> parts;
+  for (NamedMap& map : maps) {
+    std::vector<KeyframeId> keyframes;
+    for (const auto& [component, first] : map.saved.map.first) keyframes.push_back(first);
+    parts.push_back({std::move(map), {std::move(keyframes)}});
+  }
+  return parts;
+}
+
+/// Returns the components in which each given map lies.
+std::vector<std::set<std::uint32_t>> components_of(const Part& part) {
+  std::vector<std::set<std::uint32_t>> components;
+  for (const std::vector<KeyframeId>& keyframes : part.keyframes_of) {
+    components.emplace_back();
+    for (const KeyframeId id : keyframes)
+      components.back().insert(part.map.saved.map.keyframes[id.slot].component);
+  }
+  return components;
+}
+
+/// Returns the parts in groups of about one size, none larger than kGroup.
+std::vector<std::span<Part>> groups_of(std::span<Part> parts) {
+  const std::size_t count = (parts.size() + kGroup - 1) / kGroup;
+  std::vector<std::span<Part>> groups;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t begin = i * parts.size() / count, end = (i + 1) * parts.size() / count;
+    groups.push_back(parts.subspan(begin, end - begin));
+  }
+  return groups;
+}
+
+/// Returns the map of a merge, with the sessions of the collection.
+MapContent content_of(const Map& map, const Collection& collection) {
+  MapContent content = map.content();
+  for (const auto& [id, position] : positions_in_content(map))
+    content.keyframes[position].session = collection.session_of(id);
+  return content;
+}
+
+/// Merges the parts of a collection. Adds to the pairs of maps and to the counts of `merged`.
+Part joined(Collection collection, const std::string& name, const SlamParameters& options,
+            MapPairs& pairs, MergedMap& merged) {
+  MapMaker maker(collection.take_map(), options);
+  for (const PlaceComparison& c : maker.merge_all())
+    pairs.add(c, collection.session_of(c.query), collection.session_of(c.candidate));
+  const std::size_t repeated = maker.erase_repeated_keyframes().size();
+  merged.repeated += repeated;
+  merged.redundant += maker.erase_redundant_keyframes();
+  maker.adjust_all();
+  Part part{{name, {}}, collection.take_keyframes_of()};
+  const auto position = positions_in_content(maker.map());
+  for (std::vector<KeyframeId>& keyframes : part.keyframes_of)
+    for (KeyframeId& id : keyframes) id = {position.at(maker.map().current_keyframe(id)), 0};
+  part.map.saved.views = attached(collection.take_views(), maker.map());
+  if (repeated > 0) part.map.saved.views = without_repeated(std::move(part.map.saved.views));
+  part.map.saved.map = content_of(maker.map(), collection);
+  return part;
+}
+
 std::string pair_text(const MapPair& pair) {
   if (pair.places > 0) {
     return fmt::format("{}, at most {}", counted(pair.places, "common place"),
                        counted(static_cast<std::size_t>(pair.inliers), "landmark"));
   }
-  return fmt::format("{}: {}", pair.connected ? "connected by other maps" : "not connected",
-                     pair.reason);
+  return pair.connected ? "connected by other maps" : "not connected: " + pair.reason;
+}
+
+std::string pairs_text(const MergedMap& merged) {
+  std::string text;
+  for (const MapPair& pair : merged.pairs) {
+    text +=
+        fmt::format("{} - {}: {}\n", merged.names[pair.a], merged.names[pair.b], pair_text(pair));
+  }
+  return text;
+}
+
+/// Returns how many maps lie in one world with most others, and the other maps.
+std::string worlds_text(const MergedMap& merged) {
+  std::vector<std::set<std::size_t>> connected(merged.names.size());  // and the map itself
+  for (std::size_t i = 0; i < connected.size(); ++i) connected[i].insert(i);
+  for (const MapPair& pair : merged.pairs) {
+    if (!pair.connected) continue;
+    connected[pair.a].insert(pair.b);
+    connected[pair.b].insert(pair.a);
+  }
+  const auto& largest = *std::ranges::max_element(connected, {}, &std::set<std::size_t>::size);
+  std::string text =
+      fmt::format("{} of {} maps lie in one world\n", largest.size(), merged.names.size());
+  for (std::size_t i = 0; i < connected.size(); ++i) {
+    if (largest.contains(i)) continue;
+    text += fmt::format("{}: connected with {}\n", merged.names[i],
+                        counted(connected[i].size() - 1, "other map"));
+  }
+  return text;
 }
 
 }  // namespace
@@ -207,34 +328,34 @@ MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
   if (maps.size() < 2) throw Error("needs at least two maps", "merge", "name more maps");
   maps = in_order(std::move(maps));
   MergedMap merged;
-  Camera camera = maps.front().saved.map.camera;
+  for (const NamedMap& map : maps) merged.names.push_back(map.name);
+  MapPairs pairs(number_sessions(maps));
+  std::vector<Part> parts = parts_of(std::move(maps));
+  Camera camera = parts.front().map.saved.map.camera;
   camera.disparity_sigma = options.disparity_sigma;
-  Collection collection(camera, maps.front().saved.map.pyramid);
-  for (NamedMap& map : maps) {
-    if (merged.saved.damage.empty()) merged.saved.damage = std::move(map.saved.damage);
-    collection.add(std::move(map.saved), map.name);
-    merged.names.push_back(std::move(map.name));
+  const PyramidShape pyramid = parts.front().map.saved.map.pyramid;
+  while (parts.size() > 1) {
+    std::vector<Part> larger;
+    for (const std::span<Part> group : groups_of(parts)) {
+      Collection collection(camera, pyramid);
+      const std::string name = group.front().map.name;
+      for (Part& part : group) {
+        if (merged.saved.damage.empty()) merged.saved.damage = std::move(part.map.saved.damage);
+        collection.add(std::move(part));
+      }
+      larger.push_back(joined(std::move(collection), name, options, pairs, merged));
+    }
+    parts = std::move(larger);
   }
-  MapMaker maker(collection.take_map(), options);
-  merged.pairs = all_pairs(merged.names.size());
-  describe(maker.merge_all(), collection, merged.pairs);
-  set_connected(maker.map(), collection, merged.pairs);
-  merged.repeated = maker.erase_repeated_keyframes().size();
-  merged.redundant = maker.erase_redundant_keyframes();
-  maker.adjust_all();
+  merged.pairs = pairs.described(components_of(parts.front()));
   merged.saved.writer = writer;
-  merged.saved.views = attached(collection.take_views(), maker.map());
-  if (merged.repeated > 0) merged.saved.views = without_repeated(std::move(merged.saved.views));
-  merged.saved.map = maker.map().content();
+  merged.saved.map = std::move(parts.front().map.saved.map);
+  merged.saved.views = std::move(parts.front().map.saved.views);
   return merged;
 }
 
 std::string merge_text(const MergedMap& merged) {
-  std::string text;
-  for (const MapPair& pair : merged.pairs) {
-    text +=
-        fmt::format("{} - {}: {}\n", merged.names[pair.a], merged.names[pair.b], pair_text(pair));
-  }
+  const std::string text = merged.names.size() > kGroup ? worlds_text(merged) : pairs_text(merged);
   return text + fmt::format(
                     "erased: {} of several maps, {} redundant ones\n"
                     "the world is that of {}\n",

@@ -34,7 +34,7 @@ struct MapPair {
   std::size_t places = 0;    ///< Number of keyframes whose place is known in the other map.
   int inliers = 0;           ///< Largest number of landmarks that agree with one of these.
   bool connected = false;    ///< They lie in one world, through these places or other maps.
-  /// Without places: the test that the most similar keyframes failed.
+  /// If not connected: the test that the most similar keyframes failed.
   std::string reason;
 };
 
@@ -52,7 +52,8 @@ struct MergedMap {
 /// (see verify_loop()); two components are connected if the places of at least two
 /// keyframes show the same motion between them. Then landmarks are welded, keyframes that repeat
 /// others or are redundant are erased, and each component is optimized as a whole. Maps in which no
-/// common place is recognized remain as unconnected components.
+/// common place is recognized remain as unconnected components. More than ten maps are merged in
+/// groups by their age, and the results in turn.
 ///
 /// The world frame is that of the map in the frame of a site, of several or none the one with the
 /// oldest keyframe; maps of other cameras are converted
@@ -63,9 +64,10 @@ struct MergedMap {
 MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
                      const std::string& writer);
 
-/// Returns a table of the pairs, and counts, as lines of text.
+/// Returns the pairs of at most ten maps, or which of more lie in one world, and counts, as lines
+/// of text.
 std::string merge_text(const MergedMap& merged);
-/// Returns the same as JSON.
+/// Returns all pairs and the counts as JSON.
 nlohmann::json merge_json(const MergedMap& merged);
 
 }  // namespace stillmap
