@@ -26,7 +26,7 @@ class NewerViews {
   /// than one and a half times the distance.
   RestOfView rest_of(const PosedView& earlier) const;
 
-  static constexpr int kEnough = 5, kRefuting = 2;
+  static constexpr int kEnough = 3, kRefuting = 2;
 
  private:
   struct Newer {

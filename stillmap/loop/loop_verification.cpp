@@ -100,8 +100,7 @@ class Verification {
         index_(index),
         options_(options),
         query_(map.at(query)),
-        candidate_(map.at(candidate)),
-        landmarks_(landmarks_around(map, candidate, kWindow, query_)) {
+        candidate_(map.at(candidate)) {
     match_.query = query;
     match_.candidate = candidate;
     match_.same_component = query_.component == candidate_.component;
@@ -135,6 +134,7 @@ class Verification {
   }
 
   bool refine() {
+    landmarks_ = landmarks_around(map_, candidate_.id, kWindow, query_);
     for (const double radius : {kWideRadius, kNarrowRadius}) {
       const auto found =
           search_landmarks(map_, landmarks_, image_of(query_), T_world_query_, radius);
@@ -210,9 +210,9 @@ class Verification {
   const LoopVerificationOptions& options_;
   const Keyframe& query_;
   const Keyframe& candidate_;
-  const std::vector<LandmarkId> landmarks_;  // Landmarks of the candidate's side.
   LoopMatch match_;
-  Pose T_world_query_;  // Pose of the query in the candidate's side of the map.
+  Pose T_world_query_;                 // Pose of the query in the candidate's side of the map.
+  std::vector<LandmarkId> landmarks_;  // Of the candidate's side; from refine() on.
   std::string reason_;
 };
 

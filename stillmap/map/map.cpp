@@ -108,12 +108,13 @@ MapContent Map::content() const {
 
 std::vector<KeyframeId> Map::add(MapContent content, MapAge age) {
   // Added to the numbers of the added ones.
-  std::uint32_t components = next_component_, sessions = end_of_sessions();
+  std::uint32_t components = next_component_;
+  // The present run may have no keyframes yet.
+  const std::uint32_t sessions = std::max(end_of_sessions(), session_ + 1);
   const std::uint32_t sequences = next_sequence_;
   if (age == MapAge::kOlder) {
     shift_components(content.first.empty() ? 0 : content.first.rbegin()->first + 1);
     components = 0;
-    sessions = std::max(sessions, session_ + 1);  // The present run may have no keyframes yet.
   }
   std::vector<KeyframeId> keyframes;
   for (Keyframe& k : content.keyframes) {

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <set>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -115,6 +116,41 @@ TEST(MergeMaps, MergedMapsAreMergedAgainAndCommonKeyframesKeptOnce) {
   for (const SavedMap* each : {&first, &second})
     for (const AnchoredView& view : each->views) given.insert(image_hash(view.view));
   EXPECT_EQ(images, given);
+}
+
+/// Returns the map of a visit as if it had been made later.
+NamedMap later(const std::string& visit, int hours) {
+  NamedMap map{fmt::format("{}+{}h", visit, hours), map_of(visit)};
+  for (Keyframe& k : map.saved.map.keyframes) k.timestamp += 3600 * hours;
+  for (AnchoredView& view : map.saved.views)  // another image
+    view.view.color(0, 0) = cv::Vec3b::all(static_cast<std::uint8_t>(hours));
+  return map;
+}
+
+TEST(MergeMaps, MoreThanTenMapsAreMergedInGroupsAndEachPairIsReported) {
+  std::vector<NamedMap> maps = {later("corner", 0)};
+  for (int hours = 1; hours <= 11; ++hours) maps.push_back(later("xyz", hours));
+  std::reverse(maps.begin(), maps.end());
+  const MergedMap map = merge_maps(std::move(maps), recorded::small_options("static"), "test");
+  EXPECT_EQ(map.saved.map.first.size(), 2U);
+  ASSERT_EQ(map.names.size(), 12U);
+  EXPECT_EQ(map.names.front(), "corner+0h");
+  ASSERT_EQ(map.pairs.size(), 66U);
+  for (const MapPair& pair : map.pairs) {
+    EXPECT_LT(pair.a, pair.b);
+    EXPECT_EQ(pair.connected, pair.a > 0) << pair.a << " and " << pair.b;
+    EXPECT_EQ(pair.reason.empty(), pair.connected);
+  }
+  std::set<std::uint32_t> sessions;
+  for (const Keyframe& k : map.saved.map.keyframes) {
+    sessions.insert(k.session);
+    EXPECT_EQ(k.session, static_cast<std::uint32_t>(k.timestamp / 3600)) << "position of its map";
+  }
+  EXPECT_TRUE(sessions.contains(0));
+  EXPECT_GT(*sessions.rbegin(), 6U) << "of the second group, too";
+  EXPECT_LT(map.saved.map.keyframes.size(), 4 * map_of("xyz").map.keyframes.size());
+  EXPECT_THAT(merge_text(map), ::testing::HasSubstr("11 of 12 maps lie in one world\n"
+                                                    "corner+0h: connected with 0 other maps\n"));
 }
 
 TEST(MergeMaps, ACameraOfAnotherFocalLengthJoinsToo) {

@@ -21,6 +21,9 @@ constexpr std::size_t kMinObservations = 2;
 /// VI.E).
 constexpr double kRedundantShare = 0.9;
 constexpr int kRedundantObservers = 3;
+/// The same for keyframes of earlier sessions, so that a map does not grow with the visits: see
+/// lab/records/saved_maps.md.
+constexpr int kRedundantObserversOfEarlier = 2;
 /// Number of newest keyframes that are never culled.
 constexpr std::uint32_t kKeepNewest = 3;
 /// Number of landmarks shared with the newest keyframe from which a keyframe is examined.
@@ -33,6 +36,11 @@ bool proved_itself(const Landmark& landmark, std::uint32_t now) {
   return on_trial || landmark.observations.size() >= kMinObservations;
 }
 
+int observers_needed(const Map& map, KeyframeId keyframe) {
+  return map.at(keyframe).session == map.session() ? kRedundantObservers
+                                                   : kRedundantObserversOfEarlier;
+}
+
 /// Returns whether enough other keyframes observe the landmark at the same or a finer level, that
 /// is as closely.
 bool observed_as_closely_by_others(const Map& map, const Landmark& landmark, KeyframeId keyframe,
@@ -42,7 +50,7 @@ bool observed_as_closely_by_others(const Map& map, const Landmark& landmark, Key
     if (o.keyframe == keyframe) continue;
     others += map.at(o.keyframe).features->keypoints[o.keypoint].level <= level + 1;
   }
-  return others >= kRedundantObservers;
+  return others >= observers_needed(map, keyframe);
 }
 
 bool redundant(const Map& map, const Keyframe& keyframe) {

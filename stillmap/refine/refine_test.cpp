@@ -234,5 +234,19 @@ TEST_F(RefineTest, ARedundantKeyframeIsCulledButNeverTheFirst) {
       << "its frames keep their poses";
 }
 
+TEST_F(RefineTest, AKeyframeOfAnEarlierVisitIsRedundantWithTwoOthers) {
+  LocalMapper mapper(map_, {});
+  const KeyframeId first = insert(mapper, 0, true_pose(0));
+  for (int i = 0; i < 2; ++i) {
+    KeyframeProposal p = proposal(0, Pose());
+    p.reference = first;
+    p.landmarks = map_.at(first).landmarks;
+    mapper.insert(p);
+  }
+  EXPECT_EQ(cull_keyframes(map_), 0) << "each has two others";
+  map_ = Map(map_.content());  // the next visit begins
+  EXPECT_EQ(cull_keyframes(map_), 1) << "the first one of a component stays";
+}
+
 }  // namespace
 }  // namespace stillmap
