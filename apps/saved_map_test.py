@@ -207,6 +207,7 @@ for model in models:
         self.assertEqual(self.map.read_bytes(), before)
         summary = json.loads((self.folder / "again" / "summary.json").read_text())
         self.assertFalse(summary["loaded_map"]["extended"])
+        self.assertEqual(summary["loaded_map"]["frames_by_component"], {"0": 30})
         first = json.loads((self.folder / "first" / "summary.json").read_text())
         self.assertEqual(summary["cloud_points"], first["cloud_points"])
 

@@ -292,7 +292,7 @@ std::vector<Finding> run_findings(const RunDetails& run) {
   if (result.carried_parts) findings.push_back(*result.carried_parts);
   append(result.motion_sensors, findings);
   // A run that only localizes does not need the other maps of the file.
-  const std::size_t maps = result.keyframes.empty() ? result.maps_with_poses : result.maps;
+  const std::size_t maps = result.keyframes.empty() ? result.frames_by_map.size() : result.maps;
   if (maps > 1) {
     findings.push_back(make_finding(
         "unconnected-maps",

@@ -157,7 +157,7 @@ TEST(RunFindings, UncertainPosesUnconnectedMapsAndAnEmptyMapAreTold) {
   record.result.maps = 2;
   EXPECT_THAT(texts(record), ElementsAre(HasSubstr("2 maps that are not connected")));
   record.result.keyframes.clear();
-  record.result.maps_with_poses = 1;
+  record.result.frames_by_map = {{1, 10}};
   EXPECT_THAT(texts(record), IsEmpty()) << "localized in one of a saved map's";
   record = good_run();
   record.result.dense.cloud = {};

@@ -369,7 +369,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   const Map& map = mapping_.map();
   result.landmarks = map.landmark_count();
   result.maps = map.components().size();
-  result.maps_with_poses = log_.frames_by_component(map).size();
+  result.frames_by_map = log_.frames_by_component(map);
   result.refined = mapping_.refined();
   result.segmented = instances_.segmented();
   result.detector = instances_.use();

@@ -51,7 +51,9 @@ struct SlamResult {
   StageTimes timing;                ///< milliseconds per stage
   std::size_t landmarks = 0;        ///< number of landmarks in the final map
   std::size_t maps = 0;  ///< number of unconnected maps; more than one if tracking was lost
-  std::size_t maps_with_poses = 0;      ///< number of those in which this run has poses
+  /// Number of frames with a pose in each of those, by its component. Localized only: as numbered
+  /// in the file.
+  std::map<std::uint32_t, int> frames_by_map;
   std::vector<MapEvent> events;         ///< loops closed, maps joined and dropped, in this order
   RefineTotals refined;                 ///< statistics of local mapping
   std::size_t segmented = 0;            ///< number of frames that the network saw

@@ -189,6 +189,8 @@ TEST(RunSummary, HasTheFiguresOfTheRecord) {
   RunRecord record = small_run();
   record.result.detector_skipped = "3 frames without a mask";
   record.loaded = LoadedMap{"office.map", false, 0.25};
+  record.result.maps = 2;
+  record.result.frames_by_map = {{0, 1}, {1, 11}};
   const nlohmann::json json = run_summary_json(record);
   for (const char* key : {"stillmap",        "machine",
                           "sequence",        "preset",
@@ -211,6 +213,9 @@ TEST(RunSummary, HasTheFiguresOfTheRecord) {
   EXPECT_EQ(json["frames_per_second"], 24);
   EXPECT_EQ(json["frames_without_masks"], "3 frames without a mask");
   EXPECT_EQ(json["loaded_map"]["extended"], false);
+  EXPECT_EQ(json["loaded_map"]["frames_by_component"], nlohmann::json({{"0", 1}, {"1", 11}}));
+  EXPECT_THAT(run_summary_text(record),
+              HasSubstr(", localized in component 0 (1 frame), component 1 (11 frames)"));
   EXPECT_EQ(json["evaluation"], nlohmann::json(*record.evaluation));
 }
 

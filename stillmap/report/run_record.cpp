@@ -238,6 +238,16 @@ std::string shutter_text(const RunRecord& record) {
       shutter.readout * 1e3, shutter.depth_delay * 1e3);
 }
 
+/// Returns in which components of the loaded map the camera was localized.
+std::string localized_text(const RunRecord& record) {
+  std::string text;
+  for (const auto& [component, frames] : record.result.frames_by_map) {
+    text += fmt::format("{}component {} ({})", text.empty() ? ", localized in " : ", ", component,
+                        counted(static_cast<std::size_t>(frames), "frame"));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string run_summary_text(const RunRecord& record) {
@@ -246,7 +256,11 @@ std::string run_summary_text(const RunRecord& record) {
       "{}: {} of {} tracked ({}), {}, {}", record.sequence, result.tracked(),
       counted(record.total_frames(), "frame"), percent(result.tracked(), record.total_frames()),
       counted(result.keyframes.size(), "keyframe"), counted(result.landmarks, "landmark"));
-  if (result.maps > 1) text += fmt::format(", {} unconnected maps", result.maps);
+  if (result.maps > 1) {
+    text += record.loaded && !record.loaded->extended
+                ? localized_text(record)
+                : fmt::format(", {} unconnected maps", result.maps);
+  }
   if (!result.movers.empty()) text += ", " + counted(result.movers.size(), "mover");
   if (const auto events = map_events_text(result); !events.empty()) text += "; " + events;
   text += fmt::format("\n{:.1f} frames/s overall, tracking {:.1f} ms (median), {:.0f} MiB peak\n",

@@ -203,6 +203,12 @@ void add_map(const RunRecord& record, nlohmann::json& json) {
     json["loaded_map"] = {{"file", record.loaded->file.string()},
                           {"extended", record.loaded->extended},
                           {"seconds", record.loaded->seconds}};
+    if (!record.loaded->extended) {
+      nlohmann::json& components = json["loaded_map"]["frames_by_component"];
+      components = nlohmann::json::object();
+      for (const auto& [component, frames] : result.frames_by_map)
+        components[std::to_string(component)] = frames;
+    }
   }
   json["keyframes"] = result.keyframes.size();
   json["landmarks"] = result.landmarks;
