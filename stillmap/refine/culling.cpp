@@ -21,8 +21,8 @@ constexpr std::size_t kMinObservations = 2;
 /// VI.E).
 constexpr double kRedundantShare = 0.9;
 constexpr int kRedundantObservers = 3;
-/// The same for keyframes of earlier sessions, so that a map does not grow with the visits: see
-/// lab/records/saved_maps.md.
+/// The same for keyframes of the map that a run extends, so that it does not grow with the visits:
+/// see lab/records/saved_maps.md.
 constexpr int kRedundantObserversOfEarlier = 2;
 /// Number of newest keyframes that are never culled.
 constexpr std::uint32_t kKeepNewest = 3;
@@ -36,37 +36,33 @@ bool proved_itself(const Landmark& landmark, std::uint32_t now) {
   return on_trial || landmark.observations.size() >= kMinObservations;
 }
 
-int observers_needed(const Map& map, KeyframeId keyframe) {
-  return map.at(keyframe).session == map.session() ? kRedundantObservers
-                                                   : kRedundantObserversOfEarlier;
-}
-
-/// Returns whether enough other keyframes observe the landmark at the same or a finer level, that
-/// is as closely.
+/// Returns whether at least `observers` other keyframes observe the landmark at the same or a finer
+/// level, that is as closely.
 bool observed_as_closely_by_others(const Map& map, const Landmark& landmark, KeyframeId keyframe,
-                                   int level) {
+                                   int level, int observers) {
   int others = 0;
   for (const Observation& o : landmark.observations) {
     if (o.keyframe == keyframe) continue;
     others += map.at(o.keyframe).features->keypoints[o.keypoint].level <= level + 1;
   }
-  return others >= observers_needed(map, keyframe);
+  return others >= observers;
 }
 
-bool redundant(const Map& map, const Keyframe& keyframe) {
+bool redundant(const Map& map, const Keyframe& keyframe, int observers) {
   int all = 0, seen_elsewhere = 0;
   for (std::size_t i = 0; i < keyframe.landmarks.size(); ++i) {
     if (!keyframe.landmarks[i].valid()) continue;
     ++all;
-    seen_elsewhere += observed_as_closely_by_others(map, map.at(keyframe.landmarks[i]), keyframe.id,
-                                                    keyframe.features->keypoints[i].level);
+    seen_elsewhere +=
+        observed_as_closely_by_others(map, map.at(keyframe.landmarks[i]), keyframe.id,
+                                      keyframe.features->keypoints[i].level, observers);
   }
   return seen_elsewhere > kRedundantShare * all;
 }
 
 /// Returns whether the keyframe was redundant and is erased.
-bool erase_if_redundant(Map& map, KeyframeId id) {
-  if (map.is_first(id) || !redundant(map, map.at(id))) return false;
+bool erase_if_redundant(Map& map, KeyframeId id, int observers) {
+  if (map.is_first(id) || !redundant(map, map.at(id), observers)) return false;
   map.erase(id, map.covisible(id).front().keyframe);
   return true;
 }
@@ -94,7 +90,9 @@ int cull_keyframes(Map& map, KeyframeId newest) {
   for (const Covisible& c : map.covisible(newest, kNearbyShared)) {
     const Keyframe& keyframe = map.at(c.keyframe);
     const bool recent = keyframe.sequence + kKeepNewest > now;
-    if (!recent && erase_if_redundant(map, c.keyframe)) ++culled;
+    const int observers =
+        keyframe.session == map.session() ? kRedundantObservers : kRedundantObserversOfEarlier;
+    if (!recent && erase_if_redundant(map, c.keyframe, observers)) ++culled;
   }
   return culled;
 }
@@ -102,7 +100,8 @@ int cull_keyframes(Map& map, KeyframeId newest) {
 int cull_keyframes(Map& map) {
   int culled = 0;
   for (const std::uint32_t component : map.components()) {
-    for (const KeyframeId id : keyframes_of(map, component)) culled += erase_if_redundant(map, id);
+    for (const KeyframeId id : keyframes_of(map, component))
+      culled += erase_if_redundant(map, id, kRedundantObservers);
   }
   return culled;
 }

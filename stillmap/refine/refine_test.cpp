@@ -234,18 +234,24 @@ TEST_F(RefineTest, ARedundantKeyframeIsCulledButNeverTheFirst) {
       << "its frames keep their poses";
 }
 
-TEST_F(RefineTest, AKeyframeOfAnEarlierVisitIsRedundantWithTwoOthers) {
-  LocalMapper mapper(map_, {});
-  const KeyframeId first = insert(mapper, 0, true_pose(0));
-  for (int i = 0; i < 2; ++i) {
-    KeyframeProposal p = proposal(0, Pose());
-    p.reference = first;
-    p.landmarks = map_.at(first).landmarks;
-    mapper.insert(p);
+TEST_F(RefineTest, AKeyframeOfAnExtendedMapIsRedundantWithTwoOthers) {
+  for (const bool extended : {false, true}) {
+    map_ = Map(camera_, PyramidShape{});
+    first_ = {};
+    LocalMapper mapper(map_, {});
+    insert(mapper, 0, true_pose(0));
+    const auto insert_again = [&] {
+      KeyframeProposal p = proposal(0, Pose());
+      p.reference = first_;
+      p.landmarks = map_.at(first_).landmarks;
+      return mapper.insert(p);
+    };
+    insert_again();
+    if (extended) map_ = Map(map_.content());
+    first_ = map_.first_of(map_.components().front());
+    for (int i = 0; i < 2; ++i) insert(mapper, 0, true_pose(0));  // with landmarks of their own
+    EXPECT_EQ(cull_keyframes(map_, insert_again()), extended ? 1 : 0);
   }
-  EXPECT_EQ(cull_keyframes(map_), 0) << "each has two others";
-  map_ = Map(map_.content());  // the next visit begins
-  EXPECT_EQ(cull_keyframes(map_), 1) << "the first one of a component stays";
 }
 
 }  // namespace
