@@ -325,9 +325,10 @@ std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, in
 // ---- the table
 
 /// A row of the table; texts are empty where there is nothing to tell.
-using Row = std::array<std::string, 8>;
-const Row kColumns{"recording",         "status", "frames", "with a pose", "ATE [m]", "time [s]",
-                   "findings or error", "name"};
+using Row = std::array<std::string, 9>;
+const Row kColumns{"recording",         "status",  "frames",
+                   "with a pose",       "ATE [m]", "time [s]",
+                   "findings or error", "name",    "localized in"};
 
 std::string status_of(int code) {
   switch (code) {
@@ -355,8 +356,9 @@ std::string error_in(const fs::path& log) {
 }
 
 Row row_of(const Batch& batch, const Job& job, const JobEnd& end) {
-  Row row{job.recording, status_of(end.code), "", "", "", fmt::format("{:.1f}", end.seconds), "",
-          job.name};
+  Row row;
+  row[0] = job.recording, row[1] = status_of(end.code);
+  row[5] = fmt::format("{:.1f}", end.seconds), row[7] = job.name;
   const fs::path file = batch.results_of(job) / kRunSummary;
   if (row[1] == "failed") row[6] = error_in(batch.file_of(job, ".log"));
   if (end.code == kFailure || !is_file(file)) return row;
@@ -366,6 +368,13 @@ Row row_of(const Batch& batch, const Job& job, const JobEnd& end) {
   if (json.contains("evaluation"))
     row[4] =
         fmt::format("{:.4f}", json["evaluation"]["ate"]["translation_m"]["rmse"].get<double>());
+  if (json.contains("loaded_map")) {
+    const auto localized =
+        json["loaded_map"].value("frames_by_component", nlohmann::json::object());
+    for (const auto& [component, frames] : localized.items())
+      row[8] += fmt::format("{}component {}: {}", row[8].empty() ? "" : ", ", component,
+                            frames.get<int>());
+  }
   for (const auto& finding : json.at("findings")) {
     if (finding.at("severity") == "untrusted")
       row[6] += (row[6].empty() ? "" : " ") + finding.at("code").get<std::string>();

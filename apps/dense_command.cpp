@@ -95,7 +95,7 @@ DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
 /// Returns the trajectory of the run, or of the keyframes of the newest session in the map.
 Trajectory trajectory_of(const DensePaths& paths, const SavedMap& saved) {
   if (fs::exists(paths.trajectory)) return read_trajectory(paths.trajectory);
-  const auto sessions = keyframe_trajectories(saved.map);
+  const auto sessions = keyframe_trajectories(saved.map, main_component(saved));
   return sessions.empty() ? Trajectory() : sessions.rbegin()->second;
 }
 

@@ -234,9 +234,9 @@ int changes(const MapArguments& arguments) {
 
 void write_map_files(const SavedMap& saved, ResultFolder& folder) {
   folder.write("landmarks.ply",
-               [&](const fs::path& file) { write_ply(file, landmark_cloud(saved.map)); });
+               [&](const fs::path& file) { write_ply(file, landmark_cloud(saved)); });
   folder.write_text("graph.json", json_text(map_graph(saved), 1) + "\n");
-  const auto sessions = keyframe_trajectories(saved.map);
+  const auto sessions = keyframe_trajectories(saved.map, main_component(saved));
   for (const auto& [number, keyframes] : sessions) {
     const bool only = sessions.size() == 1;
     folder.write(only ? "keyframes.txt" : fmt::format("keyframes_session_{}.txt", number),

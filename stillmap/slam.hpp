@@ -358,7 +358,8 @@ struct MergedPair {
   std::filesystem::path a, b;
   std::size_t places = 0;  ///< Number of keyframes whose place is known in the other map.
   bool connected = false;  ///< They lie in one world, through these places or other maps.
-  std::string reason;      ///< If not connected: the test that the most similar keyframes failed.
+  /// Without places: "connected by other maps", or the test that the most similar keyframes failed.
+  std::string reason;
 };
 
 /// Cells of a NavigationGrid, and the heights of obstacles above the floor [m].

@@ -20,7 +20,8 @@ void bind_saved_maps(py::module_& module) {
       .def_readonly("connected", &MergedPair::connected,
                     "They lie in one world, through these places or other maps.")
       .def_readonly("reason", &MergedPair::reason,
-                    "If not connected: the test that the most similar keyframes failed.")
+                    "Without places: 'connected by other maps', or the test that the most similar "
+                    "keyframes failed.")
       .def("__repr__", [](const MergedPair& pair) {
         return fmt::format("<stillmap.MergedPair: {} and {}, {}>", pair.a.string(), pair.b.string(),
                            pair.connected ? "connected" : "not connected");

@@ -278,12 +278,16 @@ std::map<std::uint32_t, ViewPoses> DenseStream::poses_by_component(const Map& ma
   return by_component;
 }
 
-PlacedMap DenseStream::place(const Map& map) {
+PlacedMap DenseStream::place(const Map& map, const std::map<std::uint32_t, int>& frames) {
   // The live map is no longer needed; until show() ask() returns the cached cloud or an empty one.
   if (stage_) stage_->ask([this] { dense_.start_new_world(); }).get();
   for (const auto& [component, poses] : poses_by_component(map))
     dense_.replace_seen_again(view_of(0), pose_lookup(poses));
-  return dense_.place(pose_lookup(largest_of(poses_by_component(map))));
+  const auto by_component = poses_by_component(map);
+  const auto most = std::ranges::max_element(frames, {}, [](const auto& of) { return of.second; });
+  const auto poses = most == frames.end() ? by_component.end() : by_component.find(most->first);
+  return dense_.place(
+      pose_lookup(poses == by_component.end() ? largest_of(by_component) : poses->second));
 }
 
 std::vector<AnchoredView> DenseStream::saved_views(const Map& map) const {

@@ -68,10 +68,11 @@ class DenseStream {
   /// Sets the final cloud, which ask() returns from now on.
   void show(std::shared_ptr<const Cloud> cloud);
 
-  /// Returns the dense map of the component with most views, with their poses in the map, after
-  /// what this run saw again or through has been removed from the loaded views. Called after
-  /// finish().
-  PlacedMap place(const Map& map);
+  /// Returns the dense map of the component in which most frames of the run are, else that with
+  /// most views, with their poses in the map, after what this run saw again or through has been
+  /// removed from the loaded views. Called after finish().
+  /// @param frames  number of frames by component
+  PlacedMap place(const Map& map, const std::map<std::uint32_t, int>& frames);
   /// Returns the views of all components, relative to keyframes numbered as in Map::content().
   /// Called in ask() or after finish().
   std::vector<AnchoredView> saved_views(const Map& map) const;

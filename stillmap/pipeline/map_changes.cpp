@@ -369,6 +369,10 @@ MapChanges find_changes(NamedMap before, NamedMap after, const SlamParameters& o
   found.changes = std::move(both.changes);
   complete(both.on_before, std::move(both.before), found.before);
   complete(both.on_after, std::move(both.after), found.after);
+  if (found.before.compared == 0) {
+    throw Error("shows no surface that " + found.before.name + " shows, too", found.after.name,
+                "name maps of the same place whose cameras saw common surfaces");
+  }
   return found;
 }
 

@@ -17,14 +17,6 @@ namespace {
 
 constexpr double kOutermost = 0.01;  // share of the landmarks excluded at either end
 
-/// Clearly different colors, by component.
-constexpr std::array<Rgb, 6> kColors = {{{255, 255, 255},
-                                         {255, 165, 0},
-                                         {80, 160, 255},
-                                         {120, 220, 90},
-                                         {240, 90, 140},
-                                         {200, 160, 255}}};
-
 std::string extent_text(const Eigen::AlignedBox3d& box) {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
   if (!box.isEmpty()) size = box.sizes();
@@ -141,18 +133,22 @@ nlohmann::json description_json(const MapDescription& d) {
   return json;
 }
 
-Cloud landmark_cloud(const MapContent& map) {
+Cloud landmark_cloud(const SavedMap& saved) {
+  const std::uint32_t component = main_component(saved);
   Cloud cloud;
-  cloud.reserve(map.landmarks.size());
-  for (const Landmark& l : map.landmarks) {
-    cloud.add(l.p_world.cast<float>(), kColors[component_of(map, l) % kColors.size()]);
+  cloud.reserve(saved.map.landmarks.size());
+  for (const Landmark& l : saved.map.landmarks) {
+    if (component_of(saved.map, l) == component)
+      cloud.add(l.p_world.cast<float>(), {255, 255, 255});
   }
   return cloud;
 }
 
-std::map<std::uint32_t, Trajectory> keyframe_trajectories(const MapContent& map) {
+std::map<std::uint32_t, Trajectory> keyframe_trajectories(const MapContent& map,
+                                                          std::optional<std::uint32_t> component) {
   std::map<std::uint32_t, Trajectory> sessions;
   for (const Keyframe& k : map.keyframes) {
+    if (component && k.component != *component) continue;
     sessions[k.session].push_back({k.timestamp, k.T_world_camera});
   }
   for (auto& [number, session] : sessions) {

@@ -6,6 +6,7 @@
 #include "stillmap/pipeline/site_frame.hpp"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,11 +43,13 @@ std::string description_text(const MapDescription& description);
 /// Returns the summary as JSON.
 nlohmann::json description_json(const MapDescription& description);
 
-/// Returns the landmarks in the world [m], colored by component; component 0 is white.
-Cloud landmark_cloud(const MapContent& map);
+/// Returns the landmarks of the main component (main_component()) in the world [m], in white.
+Cloud landmark_cloud(const SavedMap& saved);
 
 /// Returns the keyframe poses of each session, in order of their timestamps.
-std::map<std::uint32_t, Trajectory> keyframe_trajectories(const MapContent& map);
+/// @param component  of which the keyframes are; none: of all, which have worlds of their own
+std::map<std::uint32_t, Trajectory> keyframe_trajectories(
+    const MapContent& map, std::optional<std::uint32_t> component = {});
 
 /// Returns the keyframes with their poses, and the pairs that share at least `min_shared`
 /// landmarks.

@@ -2,6 +2,7 @@
 #include "stillmap/pipeline/merge_maps.hpp"
 
 #include "stillmap/base/counted.hpp"
+#include "stillmap/base/disjoint_sets.hpp"
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/fnv1a.hpp"
 #include "stillmap/pipeline/map_maker.hpp"
@@ -18,6 +19,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 namespace stillmap {
@@ -73,14 +75,14 @@ class MapPairs {
   void add(const PlaceComparison& comparison, std::uint32_t session, std::uint32_t other_session) {
     const auto [a, b] = std::minmax({map_of(session), map_of(other_session)});
     if (a == b) return;
-    auto& [pair, passed] = compared_[{a, b}];
+    MapPair& pair = compared_[{a, b}];
     const LoopVerification& verification = comparison.verification;
     if (comparison.confirmed) {
       ++pair.places;
       pair.inliers = std::max(pair.inliers, verification.match->inliers);
     }
-    if (passed >= verification.passed) return;
-    passed = verification.passed;
+    if (pair.passed >= verification.passed) return;
+    pair.passed = verification.passed;
     pair.reason =
         verification.match ? "no second place confirms the only one" : verification.reason;
   }
@@ -92,29 +94,26 @@ class MapPairs {
     for (std::size_t b = 1; b < begin_.size(); ++b) {
       for (std::size_t a = 0; a < b; ++a) {
         const auto compared = compared_.find({a, b});
-        described.push_back(compared == compared_.end() ? Compared().pair : compared->second.pair);
+        described.push_back(compared == compared_.end() ? MapPair() : compared->second);
         MapPair& pair = described.back();
         pair.a = a, pair.b = b;
+        if (pair.passed < 0) pair.reason = "no keyframes look alike";
         pair.connected = std::ranges::any_of(
             components[a], [&](std::uint32_t c) { return components[b].contains(c); });
-        if (pair.connected) pair.reason.clear();
+        if (pair.connected) pair.reason = "connected by other maps";
+        if (pair.places > 0) pair.reason.clear();
       }
     }
     return described;
   }
 
  private:
-  struct Compared {
-    MapPair pair{.reason = "no keyframes look alike"};
-    int passed = -1;  // the most tests that two keyframes passed
-  };
-
   std::size_t map_of(std::uint32_t session) const {
     return static_cast<std::size_t>(std::ranges::upper_bound(begin_, session) - begin_.begin()) - 1;
   }
 
   std::vector<std::uint32_t> begin_;
-  std::map<std::pair<std::size_t, std::size_t>, Compared> compared_;
+  std::map<std::pair<std::size_t, std::size_t>, MapPair> compared_;
 };
 
 /// A map of one or several given ones, that follow each other in their order.
@@ -271,7 +270,7 @@ std::string pair_text(const MapPair& pair) {
     return fmt::format("{}, at most {}", counted(pair.places, "common place"),
                        counted(static_cast<std::size_t>(pair.inliers), "landmark"));
   }
-  return pair.connected ? "connected by other maps" : "not connected: " + pair.reason;
+  return pair.connected ? pair.reason : "not connected: " + pair.reason;
 }
 
 std::string pairs_text(const MergedMap& merged) {
@@ -283,22 +282,31 @@ std::string pairs_text(const MergedMap& merged) {
   return text;
 }
 
-/// Returns how many maps lie in one world with most others, and the other maps.
+/// Returns the maps that lie in one world, for each of the worlds, and how close it came to
+/// another.
 std::string worlds_text(const MergedMap& merged) {
-  std::vector<std::set<std::size_t>> connected(merged.names.size());  // and the map itself
-  for (std::size_t i = 0; i < connected.size(); ++i) connected[i].insert(i);
+  DisjointSets worlds(merged.names.size());
   for (const MapPair& pair : merged.pairs) {
-    if (!pair.connected) continue;
-    connected[pair.a].insert(pair.b);
-    connected[pair.b].insert(pair.a);
+    if (pair.connected) worlds.unite(pair.a, pair.b);
   }
-  const auto& largest = *std::ranges::max_element(connected, {}, &std::set<std::size_t>::size);
-  std::string text =
-      fmt::format("{} of {} maps lie in one world\n", largest.size(), merged.names.size());
-  for (std::size_t i = 0; i < connected.size(); ++i) {
-    if (largest.contains(i)) continue;
-    text += fmt::format("{}: connected with {}\n", merged.names[i],
-                        counted(connected[i].size() - 1, "other map"));
+  std::map<std::size_t, std::vector<std::string>> names;  // by the world
+  for (std::size_t i = 0; i < merged.names.size(); ++i)
+    names[worlds.root(i)].push_back(merged.names[i]);
+  std::map<std::size_t, const MapPair*> closest;
+  for (const MapPair& pair : merged.pairs) {
+    for (const std::size_t world : {worlds.root(pair.a), worlds.root(pair.b)}) {
+      const MapPair*& best = closest[world];
+      const bool apart = worlds.root(pair.a) != worlds.root(pair.b);
+      if (apart && (best == nullptr || pair.passed > best->passed)) best = &pair;
+    }
+  }
+  std::string text;
+  for (const auto& [world, maps] : names) {
+    text += fmt::format("one world: {} ({})\n", fmt::join(maps, ", "), counted(maps.size(), "map"));
+    if (const MapPair* pair = closest[world]) {
+      text += fmt::format("  closest to another: {} - {}: {}\n", merged.names[pair->a],
+                          merged.names[pair->b], pair->reason);
+    }
   }
   return text;
 }
@@ -329,7 +337,8 @@ MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
   maps = in_order(std::move(maps));
   MergedMap merged;
   for (const NamedMap& map : maps) merged.names.push_back(map.name);
-  MapPairs pairs(number_sessions(maps));
+  merged.first_sessions = number_sessions(maps);
+  MapPairs pairs(merged.first_sessions);
   std::vector<Part> parts = parts_of(std::move(maps));
   Camera camera = parts.front().map.saved.map.camera;
   camera.disparity_sigma = options.disparity_sigma;
@@ -358,12 +367,13 @@ std::string merge_text(const MergedMap& merged) {
   const std::string text = merged.names.size() > kGroup ? worlds_text(merged) : pairs_text(merged);
   return text + fmt::format(
                     "erased: {} of several maps, {} redundant ones\n"
-                    "the world is that of {}\n",
+                    "component 0 is in the world of {}\n",
                     counted(merged.repeated, "keyframe"), merged.redundant, merged.names.front());
 }
 
 nlohmann::json merge_json(const MergedMap& merged) {
   nlohmann::json json = {{"maps", merged.names},
+                         {"first_sessions", merged.first_sessions},
                          {"world", merged.names.front()},
                          {"repeated_keyframes", merged.repeated},
                          {"redundant_keyframes", merged.redundant},

@@ -34,18 +34,22 @@ struct MapPair {
   std::size_t places = 0;    ///< Number of keyframes whose place is known in the other map.
   int inliers = 0;           ///< Largest number of landmarks that agree with one of these.
   bool connected = false;    ///< They lie in one world, through these places or other maps.
-  /// If not connected: the test that the most similar keyframes failed.
+  /// If there are no such places: "connected by other maps", or the test that the most similar
+  /// keyframes failed.
   std::string reason;
+  int passed = -1;  ///< Number of tests that these passed; -1: no keyframes look alike.
 };
 
 /// One map made of several.
 struct MergedMap {
   SavedMap saved;
-  /// Of the maps, in the order of their sessions in `saved`: first the one whose world it is.
+  /// Of the maps, in the order of their sessions in `saved`: first the one whose world component 0
+  /// has.
   std::vector<std::string> names;
-  std::vector<MapPair> pairs;  ///< All pairs.
-  std::size_t repeated = 0;    ///< Number of keyframes that several of the maps contained.
-  std::size_t redundant = 0;   ///< Number of keyframes erased since others show the same.
+  std::vector<std::uint32_t> first_sessions;  ///< Of each map: its first session in `saved`.
+  std::vector<MapPair> pairs;                 ///< All pairs.
+  std::size_t repeated = 0;   ///< Number of keyframes that several of the maps contained.
+  std::size_t redundant = 0;  ///< Number of keyframes erased since others show the same.
 };
 
 /// Merges maps: the place of each keyframe is searched in all other maps and verified as for loops

@@ -139,7 +139,7 @@ TEST(MergeMaps, MoreThanTenMapsAreMergedInGroupsAndEachPairIsReported) {
   for (const MapPair& pair : map.pairs) {
     EXPECT_LT(pair.a, pair.b);
     EXPECT_EQ(pair.connected, pair.a > 0) << pair.a << " and " << pair.b;
-    EXPECT_EQ(pair.reason.empty(), pair.connected);
+    EXPECT_EQ(pair.reason == "connected by other maps", pair.connected && pair.places == 0);
   }
   std::set<std::uint32_t> sessions;
   for (const Keyframe& k : map.saved.map.keyframes) {
@@ -149,8 +149,13 @@ TEST(MergeMaps, MoreThanTenMapsAreMergedInGroupsAndEachPairIsReported) {
   EXPECT_TRUE(sessions.contains(0));
   EXPECT_GT(*sessions.rbegin(), 6U) << "of the second group, too";
   EXPECT_LT(map.saved.map.keyframes.size(), 4 * map_of("xyz").map.keyframes.size());
-  EXPECT_THAT(merge_text(map), ::testing::HasSubstr("11 of 12 maps lie in one world\n"
-                                                    "corner+0h: connected with 0 other maps\n"));
+  EXPECT_THAT(map.first_sessions, ::testing::ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11));
+  const std::string text = merge_text(map);
+  EXPECT_THAT(text, ::testing::HasSubstr("one world: corner+0h (1 map)\n"
+                                         "  closest to another: corner+0h - xyz+"));
+  EXPECT_THAT(text, ::testing::HasSubstr("one world: xyz+1h, xyz+2h, "));
+  EXPECT_THAT(text, ::testing::HasSubstr(", xyz+11h (11 maps)\n"));
+  EXPECT_THAT(text, ::testing::HasSubstr("component 0 is in the world of corner+0h\n"));
 }
 
 TEST(MergeMaps, ACameraOfAnotherFocalLengthJoinsToo) {

@@ -7,6 +7,7 @@
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/map/map_file.hpp"
 #include "stillmap/pipeline/map_description.hpp"
+#include "stillmap/pipeline/merge_maps.hpp"
 #include "stillmap/pipeline/visits_test.hpp"
 
 #include <algorithm>
@@ -120,7 +121,7 @@ std::string error_of(const std::string& bytes) {
     description_text(describe_map(read));
     description_json(describe_map(read));
     map_graph(read);
-    landmark_cloud(read.map);
+    landmark_cloud(read);
     dense_cloud(read);
     Map(read.map).content();
   } catch (const Error& e) {
@@ -600,6 +601,19 @@ TEST(SavedMap, CanBeLoadedBeforeTheFirstFrame) {
   const std::vector<double> errors =
       errors_in_first_world(visit("slower"), loaded.outcome.result.trajectory);
   EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.05);
+}
+
+TEST(SavedMap, TheCloudOfALocalizedRunIsOfTheComponentThatItIsIn) {
+  std::vector<NamedMap> maps = {{"corner", run(visit("corner")).map}, {"xyz", first_visit().map}};
+  const SavedMap both = merge_maps(maps, recorded::small_options("static"), "test").saved;
+  ASSERT_EQ(both.map.first.size(), 2U);
+  for (const NamedMap& place : maps) {
+    const Outcome r = run(visit(place.name), StartingMap{both, false});
+    ASSERT_EQ(r.result.frames_by_map.size(), 1U);
+    const std::size_t alone =
+        run(visit(place.name), StartingMap{place.saved, false}).result.dense.cloud.size();
+    EXPECT_EQ(r.result.dense.cloud.size(), alone) << place.name;
+  }
 }
 
 }  // namespace

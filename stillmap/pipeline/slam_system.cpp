@@ -360,7 +360,7 @@ void SlamSystem::collect_movers(SlamResult& result) const {
 
 void SlamSystem::collect_dense_map(SlamResult& result) {
   const TraceScope scope(span::kDenseComposition);
-  result.placed = dense_.place(mapping_.map());
+  result.placed = dense_.place(mapping_.map(), log_.frames_by_component(mapping_.map()));
   result.dense = cloud_of(result.placed);
   result.dense_statistics = dense_.statistics();
 }

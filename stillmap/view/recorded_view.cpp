@@ -267,11 +267,11 @@ void publish_saved_map(const fs::path& file, const GroundHints& hints, TopicBoar
   const SavedMap saved = read_saved_map(file.string());
   board.publish(
       run_message(file.filename().string(), saved.map.camera, std::nullopt, Viewed::kSavedMap));
-  const Cloud cloud = saved.views.empty() ? landmark_cloud(saved.map) : dense_cloud(saved);
+  const Cloud cloud = saved.views.empty() ? landmark_cloud(saved) : dense_cloud(saved);
   publish_cloud(board, cloud);
   Trajectory all;
   std::vector<Pose> keyframes;
-  for (const auto& [number, poses] : keyframe_trajectories(saved.map)) {
+  for (const auto& [number, poses] : keyframe_trajectories(saved.map, main_component(saved))) {
     all.insert(all.end(), poses.begin(), poses.end());
     for (const StampedPose& pose : poses) keyframes.push_back(pose.T_world_camera);
   }
