@@ -284,7 +284,7 @@ for model in models:
         self.assertEqual(self.run_sequence("newer", "--first", 10, "--save-map", newer).returncode, 0)
         self.assertEqual(stillmap("map", "align", newer, "--points", survey, "--out", other).returncode, 0)
         done = stillmap("map", "merge", self.map, other, "--out", merged)
-        self.assertIn(f"the world is that of {other}", done.stdout)
+        self.assertIn(f"component 0 is in the world of {other}", done.stdout)
         self.assertIn("in the frame of a site", stillmap("map", "info", merged).stdout)
         survey.write_text("a,0,0,0,1,1,1\n")
         self.refused(stillmap("map", "align", self.map, "--points", survey, "--out", aligned), 1, "1 points, too few")
