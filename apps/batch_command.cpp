@@ -326,9 +326,9 @@ std::vector<JobEnd> run_all(const Batch& batch, const std::vector<Job>& jobs, in
 
 /// A row of the table; texts are empty where there is nothing to tell.
 using Row = std::array<std::string, 9>;
-const Row kColumns{"recording",         "status",  "frames",
-                   "with a pose",       "ATE [m]", "time [s]",
-                   "findings or error", "name",    "localized in"};
+const Row kColumns{"recording",         "status",       "frames",
+                   "with a pose",       "ATE [m]",      "time [s]",
+                   "findings or error", "localized in", "name"};
 
 std::string status_of(int code) {
   switch (code) {
@@ -358,7 +358,7 @@ std::string error_in(const fs::path& log) {
 Row row_of(const Batch& batch, const Job& job, const JobEnd& end) {
   Row row;
   row[0] = job.recording, row[1] = status_of(end.code);
-  row[5] = fmt::format("{:.1f}", end.seconds), row[7] = job.name;
+  row[5] = fmt::format("{:.1f}", end.seconds), row[8] = job.name;
   const fs::path file = batch.results_of(job) / kRunSummary;
   if (row[1] == "failed") row[6] = error_in(batch.file_of(job, ".log"));
   if (end.code == kFailure || !is_file(file)) return row;
@@ -372,7 +372,7 @@ Row row_of(const Batch& batch, const Job& job, const JobEnd& end) {
     const auto localized =
         json["loaded_map"].value("frames_by_component", nlohmann::json::object());
     for (const auto& [component, frames] : localized.items())
-      row[8] += fmt::format("{}component {}: {}", row[8].empty() ? "" : ", ", component,
+      row[7] += fmt::format("{}component {}: {}", row[7].empty() ? "" : ", ", component,
                             frames.get<int>());
   }
   for (const auto& finding : json.at("findings")) {
@@ -441,16 +441,18 @@ int write_table(const Batch& batch, const std::vector<Job>& jobs, const std::vec
   std::size_t width = kColumns[0].size();
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     rows.push_back(row_of(batch, jobs[i], ends[i]));
-    width = std::max(width, rows.back()[7].size());
+    width = std::max(width, rows.back().back().size());
   }
   ResultFolder folder(batch.out());
   folder.write_text(kTable, csv_of(rows));
   folder.write_text("results.html", page_of(rows));
   folder.require_all();
-  for (const Row& row : rows)
-    print_out("{:<{}}  {:<12} {:>7} {:>11} {:>8} {:>8}  {}\n",
-              &row == &rows.front() ? row[0] : row[7], width, row[1], row[2], row[3], row[4],
-              row[5], row[6]);
+  for (const Row& row : rows) {
+    const bool head = &row == &rows.front();
+    print_out("{:<{}}  {:<12} {:>7} {:>11} {:>8} {:>8}  {}{}\n", head ? row[0] : row.back(), width,
+              row[1], row[2], row[3], row[4], row[5], row[6],
+              head || row[7].empty() ? "" : "localized in " + row[7]);
+  }
   int code = kSuccess;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     if (ends[i].code == kSuccess) continue;

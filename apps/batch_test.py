@@ -120,9 +120,11 @@ class Batch(unittest.TestCase):
 
     def test_many_are_localized_in_one_map(self):
         self.batch("recordings/visit_0")
-        self.batch("recordings/visit_0", "--load-map", self.out / "visit_0" / "run.map", "--localize-only", out=self.out / "again")
+        printed = self.batch("recordings/visit_0", "--load-map", self.out / "visit_0" / "run.map", "--localize-only",
+                             out=self.out / "again")
+        self.assertRegex(printed, r"visit_0 +done .*localized in component 0: 20")
         self.assertTrue((self.out / "again" / "visit_0" / "trajectory.txt").exists())
-        self.assertIn('component 0: 20', (self.out / "again" / "results.csv").read_text())
+        self.assertIn("component 0: 20", (self.out / "again" / "results.csv").read_text())
 
     def test_recordings_of_one_name_have_folders_of_their_own(self):
         other = self.folder / "other" / "visit_0"
