@@ -109,6 +109,19 @@ TEST(MapChanges, OfTheSameRecordingAreAnError) {
   EXPECT_THAT(error("xyz", again), HasSubstr("made of a recording that xyz was made of"));
 }
 
+TEST(MapChanges, OfMapsThatShowNoCommonSurfaceAreAnError) {
+  MergedMap merged =
+      merge_maps({map_of("xyz"), map_of("corner")}, recorded::small_options("static"), "");
+  SavedMap both = std::move(merged.saved);
+  std::erase_if(both.views, [&](const AnchoredView& view) {
+    return merged.names[both.map.keyframes[view.anchor.slot].session] == "xyz";
+  });
+  EXPECT_THAT(test::error_of([&] {
+                find_changes(map_of("xyz"), {"both", both}, recorded::small_options("static"));
+              }),
+              HasSubstr("shows no surface that xyz shows, too"));
+}
+
 TEST(MapChanges, OfTheNewestVisitAreFoundInAMapOfBoth) {
   const SavedMap first = map_of("xyz").saved;
   SlamSystem slam(visits::visit("rearranged").camera(), recorded::small_options("static"), nullptr,

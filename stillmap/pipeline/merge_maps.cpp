@@ -178,9 +178,12 @@ std::vector<AnchoredView> without_repeated(std::vector<AnchoredView> views) {
   return left;
 }
 
+/// Positions of keyframes in Map::content().
+using Positions = std::map<KeyframeId, std::uint32_t>;
+
 /// Returns the views, attached to keyframes numbered as in Map::content().
-std::vector<AnchoredView> attached(std::vector<AnchoredView> views, const Map& map) {
-  const auto position = positions_in_content(map);
+std::vector<AnchoredView> attached(std::vector<AnchoredView> views, const Map& map,
+                                   const Positions& position) {
   std::vector<AnchoredView> left;
   for (AnchoredView& view : views) {
     const RelativePlace place = current_place(map, {view.anchor, view.T_anchor_camera}).value();
@@ -237,14 +240,6 @@ std::vector<std::span<Part>> groups_of(std::span<Part> parts) {
   return groups;
 }
 
-/// Returns the map of a merge, with the sessions of the collection.
-MapContent content_of(const Map& map, const Collection& collection) {
-  MapContent content = map.content();
-  for (const auto& [id, position] : positions_in_content(map))
-    content.keyframes[position].session = collection.session_of(id);
-  return content;
-}
-
 /// Merges the parts of a collection. Adds to the pairs of maps and to the counts of `merged`.
 Part joined(Collection collection, const std::string& name, const SlamParameters& options,
             MapPairs& pairs, MergedMap& merged) {
@@ -256,12 +251,14 @@ Part joined(Collection collection, const std::string& name, const SlamParameters
   merged.redundant += maker.erase_redundant_keyframes();
   maker.adjust_all();
   Part part{{name, {}}, collection.take_keyframes_of()};
-  const auto position = positions_in_content(maker.map());
+  const Positions position = positions_in_content(maker.map());
   for (std::vector<KeyframeId>& keyframes : part.keyframes_of)
     for (KeyframeId& id : keyframes) id = {position.at(maker.map().current_keyframe(id)), 0};
-  part.map.saved.views = attached(collection.take_views(), maker.map());
-  if (repeated > 0) part.map.saved.views = without_repeated(std::move(part.map.saved.views));
-  part.map.saved.map = content_of(maker.map(), collection);
+  SavedMap& saved = part.map.saved;
+  saved.views = attached(collection.take_views(), maker.map(), position);
+  if (repeated > 0) saved.views = without_repeated(std::move(saved.views));
+  saved.map = maker.map().content();
+  for (const auto& [id, at] : position) saved.map.keyframes[at].session = collection.session_of(id);
   return part;
 }
 
@@ -294,10 +291,11 @@ std::string worlds_text(const MergedMap& merged) {
     names[worlds.root(i)].push_back(merged.names[i]);
   std::map<std::size_t, const MapPair*> closest;
   for (const MapPair& pair : merged.pairs) {
-    for (const std::size_t world : {worlds.root(pair.a), worlds.root(pair.b)}) {
+    const std::size_t a = worlds.root(pair.a), b = worlds.root(pair.b);
+    if (a == b) continue;
+    for (const std::size_t world : {a, b}) {
       const MapPair*& best = closest[world];
-      const bool apart = worlds.root(pair.a) != worlds.root(pair.b);
-      if (apart && (best == nullptr || pair.passed > best->passed)) best = &pair;
+      if (best == nullptr || pair.passed > best->passed) best = &pair;
     }
   }
   std::string text;

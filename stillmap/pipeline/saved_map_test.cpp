@@ -607,6 +607,9 @@ TEST(SavedMap, TheCloudOfALocalizedRunIsOfTheComponentThatItIsIn) {
   std::vector<NamedMap> maps = {{"corner", run(visit("corner")).map}, {"xyz", first_visit().map}};
   const SavedMap both = merge_maps(maps, recorded::small_options("static"), "test").saved;
   ASSERT_EQ(both.map.first.size(), 2U);
+  const auto shown = keyframe_trajectories(both.map, main_component(both));
+  ASSERT_EQ(shown.size(), 1U) << "of one of the maps";
+  EXPECT_EQ(landmark_cloud(both).size(), maps[shown.begin()->first].saved.map.landmarks.size());
   for (const NamedMap& place : maps) {
     const Outcome r = run(visit(place.name), StartingMap{both, false});
     ASSERT_EQ(r.result.frames_by_map.size(), 1U);

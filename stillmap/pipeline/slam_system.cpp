@@ -299,6 +299,7 @@ SlamResult SlamSystem::finish() {
     result.frames = log_.records();
     result.events = mapping_.events();
     collect_movers(result);
+    result.frames_by_map = log_.frames_by_component(mapping_.map());
     collect_dense_map(result);
     collect_statistics(result);
   });
@@ -360,7 +361,7 @@ void SlamSystem::collect_movers(SlamResult& result) const {
 
 void SlamSystem::collect_dense_map(SlamResult& result) {
   const TraceScope scope(span::kDenseComposition);
-  result.placed = dense_.place(mapping_.map(), log_.frames_by_component(mapping_.map()));
+  result.placed = dense_.place(mapping_.map(), result.frames_by_map);
   result.dense = cloud_of(result.placed);
   result.dense_statistics = dense_.statistics();
 }
@@ -369,7 +370,6 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   const Map& map = mapping_.map();
   result.landmarks = map.landmark_count();
   result.maps = map.components().size();
-  result.frames_by_map = log_.frames_by_component(map);
   result.refined = mapping_.refined();
   result.segmented = instances_.segmented();
   result.detector = instances_.use();
