@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
@@ -29,6 +33,30 @@ bool hidden(const ImageView& image, const ProjectionQuery& query, double depth) 
         found |= image.static_weight[i] <= 0 || (there > 0 && there < kInFront * depth);
       });
   return found;
+}
+
+/// Returns the least Hamming distance of the keypoints near a point expected at `depth` [m] whose
+/// depth agrees [bits]; nothing without such keypoints.
+std::optional<int> closest_on_surface(const ImageView& image, const ProjectionQuery& query,
+                                      double depth) {
+  constexpr double kSameDepth = 0.05;  // Largest relative difference of depths of one surface.
+  std::optional<int> closest;
+  image.features.grid.for_each_near(
+      query.u, query.v, query.radius, query.min_level, query.max_level, [&](std::uint32_t i) {
+        const double there = image.features.keypoints[i].depth;
+        if (image.static_weight[i] <= 0 || std::abs(there - depth) > kSameDepth * depth) return;
+        const int bits = distance(image.features.descriptors[i], query.descriptor);
+        closest = std::min(bits, closest.value_or(bits));
+      });
+  return closest;
+}
+
+constexpr int kColumns = 6, kRows = 5, kRegions = kColumns * kRows;  // of an image
+
+std::size_t region_of(const Camera& camera, float u, float v) {
+  const int x = std::clamp(static_cast<int>(u) * kColumns / camera.width, 0, kColumns - 1);
+  const int y = std::clamp(static_cast<int>(v) * kRows / camera.height, 0, kRows - 1);
+  return static_cast<std::size_t>(y * kColumns + x);
 }
 
 std::vector<std::uint8_t> unusable(const ImageView& image) {
@@ -75,18 +103,15 @@ GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landma
 }
 
 MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandmark> expected) {
-  constexpr int kColumns = 6, kRows = 5;
   // Matched share below which an image region counts as blank [0..1].
   constexpr double kBlankShare = 0.15;
   struct Part {
     int expected = 0, found = 0;
   };
-  std::array<Part, kColumns * kRows> parts;
+  std::array<Part, kRegions> parts;
   Part all;
   for (const ExpectedLandmark& e : expected) {
-    const int x = std::clamp(static_cast<int>(e.u) * kColumns / camera.width, 0, kColumns - 1);
-    const int y = std::clamp(static_cast<int>(e.v) * kRows / camera.height, 0, kRows - 1);
-    Part& part = parts[static_cast<std::size_t>(y * kColumns + x)];
+    Part& part = parts[region_of(camera, e.u, e.v)];
     ++part.expected, ++all.expected;
     part.found += e.found, all.found += e.found;
   }
@@ -96,6 +121,53 @@ MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandm
     if (part.found <= kBlankShare * part.expected) blank += part.expected;
   }
   return {static_cast<double>(all.found) / all.expected, static_cast<double>(blank) / all.expected};
+}
+
+TextureAgreement& TextureAgreement::operator+=(const TextureAgreement& other) {
+  regions += other.regions, alike += other.alike;
+  return *this;
+}
+
+bool TextureAgreement::of_one_place() const {
+  constexpr int kFewRegions = 6;
+  constexpr double kLeastShare = 0.375;  // chosen by measurement, see lab/records/loops.md
+  return regions < kFewRegions || alike >= kLeastShare * regions;
+}
+
+std::string TextureAgreement::text() const {
+  return fmt::format("texture of another place: {:.0f} % of the similar descriptors are equal",
+                     100 * alike / std::max(1, regions));
+}
+
+TextureAgreement texture_agreement(const Map& map, std::span<const LandmarkId> landmarks,
+                                   const ImageView& image, const Pose& T_world_camera,
+                                   double radius) {
+  constexpr int kEqual = 40;  // Hamming distance of equal texture, exclusive [bits].
+  constexpr int kSeen = 5;    // Number of landmarks seen in a region.
+  const LandmarkProjector view(map.camera(), map.pyramid(), T_world_camera);
+  struct Region {
+    int seen = 0, similar = 0, equal = 0;
+  };
+  std::array<Region, kRegions> regions;
+  for (const LandmarkId id : landmarks) {
+    const Landmark* landmark = map.find(id);
+    if (landmark == nullptr) continue;
+    const auto query = view.expect(*landmark, radius, kMinViewCosine);
+    if (!query) continue;
+    const auto closest = closest_on_surface(image, *query, view.depth(landmark->p_world));
+    if (!closest) continue;
+    Region& region = regions[region_of(map.camera(), query->u, query->v)];
+    ++region.seen;
+    region.similar += *closest <= kMaxDistance;
+    region.equal += *closest < kEqual;
+  }
+  TextureAgreement agreement;
+  for (const Region& region : regions) {
+    if (region.seen < kSeen) continue;
+    ++agreement.regions;
+    agreement.alike += static_cast<double>(region.equal) / std::max(1, region.similar);
+  }
+  return agreement;
 }
 
 MatchedPose solve_matches(const Map& map, std::span<const LandmarkMatch> matches,

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace stillmap {
@@ -58,6 +59,27 @@ struct MatchConsistency {
   double blank = 0;
 };
 MatchConsistency consistency(const Camera& camera, std::span<const ExpectedLandmark> expected);
+
+/// Agreement of the texture of surfaces between landmarks and images.
+struct TextureAgreement {
+  int regions = 0;  ///< Number of image regions in which at least five landmarks are seen.
+  /// Sum over these: share of nearly equal descriptors among the similar ones; 0 without any.
+  double alike = 0;
+  TextureAgreement& operator+=(const TextureAgreement& other);
+  /// Returns whether map and images can be of one place; true if too few regions show surfaces.
+  bool of_one_place() const;
+  /// Returns why they are not, for the log.
+  std::string text() const;
+};
+/// Compares landmarks with the keypoints at their projections whose depth agrees. Rooms of equal
+/// furniture have corners at the same positions, with descriptors similar enough for matches; those
+/// of one place are closer, and no poster is another one.
+/// @param landmarks       sorted by id; unknown ids are ignored
+/// @param T_world_camera  estimated pose in the landmarks' world frame
+/// @param radius          around each projection [pixels at level 0]
+TextureAgreement texture_agreement(const Map& map, std::span<const LandmarkId> landmarks,
+                                   const ImageView& image, const Pose& T_world_camera,
+                                   double radius);
 
 /// Pose estimated from matches by solve_pose(), with its inliers.
 struct MatchedPose {

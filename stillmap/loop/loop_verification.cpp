@@ -108,9 +108,9 @@ class Verification {
 
   LoopVerification run() {
     int passed = 0;
-    for (const auto test :
-         {&Verification::estimate, &Verification::refine, &Verification::surroundings_agree,
-          &Verification::drift_is_possible, &Verification::neighbors_agree}) {
+    for (const auto test : {&Verification::estimate, &Verification::refine,
+                            &Verification::surroundings_agree, &Verification::drift_is_possible,
+                            &Verification::neighbors_agree, &Verification::texture_agrees}) {
       if (!(this->*test)()) return {std::nullopt, reason_, passed};
       ++passed;
     }
@@ -176,7 +176,11 @@ class Verification {
     return reason.empty() || fail(std::move(reason));
   }
 
-  bool agrees(const Keyframe& neighbor) const {
+  TextureAgreement texture_in(const ImageView& image, const Pose& T_world_camera) const {
+    return texture_agreement(map_, landmarks_, image, T_world_camera, kNarrowRadius);
+  }
+
+  bool agrees(const Keyframe& neighbor) {
     const Pose T_world_neighbor =
         T_world_query_ * query_.T_world_camera.inverse() * neighbor.T_world_camera;
     const auto image = image_of(neighbor);
@@ -185,9 +189,11 @@ class Verification {
     // The neighbor's pose is independent, so it may differ by the tolerance of its landmarks.
     const Pose error = T_world_neighbor.inverse() * solved.solution.T_world_camera;
     constexpr double kMeters = 0.1, kRadians = 0.05;
-    return solved.solution.well_posed && error.translation().norm() < kMeters &&
-           error.angle() < kRadians &&
-           static_cast<int>(solved.inliers.size()) >= kMinNeighborMatches;
+    const bool agree = solved.solution.well_posed && error.translation().norm() < kMeters &&
+                       error.angle() < kRadians &&
+                       static_cast<int>(solved.inliers.size()) >= kMinNeighborMatches;
+    if (agree) texture_ += texture_in(image, solved.solution.T_world_camera);
+    return agree;
   }
 
   bool neighbors_agree() {
@@ -205,6 +211,11 @@ class Verification {
     return true;
   }
 
+  bool texture_agrees() {
+    texture_ += texture_in(image_of(query_), T_world_query_);
+    return texture_.of_one_place() || fail(texture_.text());
+  }
+
   const Map& map_;
   const PlaceIndex& index_;
   const LoopVerificationOptions& options_;
@@ -213,6 +224,7 @@ class Verification {
   LoopMatch match_;
   Pose T_world_query_;                 // Pose of the query in the candidate's side of the map.
   std::vector<LandmarkId> landmarks_;  // Of the candidate's side; from refine() on.
+  TextureAgreement texture_;           // Of the query and of the neighbors that agree.
   std::string reason_;
 };
 

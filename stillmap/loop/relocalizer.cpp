@@ -44,7 +44,8 @@ class Attempt {
 
   RelocalizationVerification run(const BagOfWords& bag, const BagOfWords& candidate_bag) {
     const auto matches = match_by_node(bag, image_.features, candidate_bag, *candidate_.features);
-    if (estimate(matches) && refine() && surroundings_agree()) return {result(), ""};
+    if (estimate(matches) && refine() && surroundings_agree() && texture_agrees())
+      return {result(), ""};
     return {std::nullopt, reason_};
   }
 
@@ -86,9 +87,9 @@ class Attempt {
   }
 
   bool refine() {
-    const auto landmarks = landmarks_around(map_, candidate_.id, kWindow);
+    landmarks_ = landmarks_around(map_, candidate_.id, kWindow);
     for (const double radius : {kWideRadius, kNarrowRadius}) {
-      const auto found = search_landmarks(map_, landmarks, image_, T_world_camera_, radius);
+      const auto found = search_landmarks(map_, landmarks_, image_, T_world_camera_, radius);
       solved_ = solve_matches(map_, found.matches, image_, T_world_camera_);
       if (!solved_.solution.well_posed) return fail("the pose is not determined");
       T_world_camera_ = solved_.solution.T_world_camera;
@@ -114,6 +115,12 @@ class Attempt {
                             100 * consistency_.found, 100 * consistency_.blank));
   }
 
+  bool texture_agrees() {
+    const TextureAgreement texture =
+        texture_agreement(map_, landmarks_, image_, T_world_camera_, kNarrowRadius);
+    return texture.of_one_place() || fail(texture.text());
+  }
+
   Relocalization result() const {
     Relocalization r;
     r.T_world_camera = T_world_camera_;
@@ -132,6 +139,7 @@ class Attempt {
   const ImageView& image_;
   const Keyframe& candidate_;
   Pose T_world_camera_;
+  std::vector<LandmarkId> landmarks_;  // Around the candidate; from refine() on.
   MatchedPose solved_;
   MatchConsistency consistency_;
   std::string reason_;

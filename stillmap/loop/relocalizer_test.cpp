@@ -125,6 +125,21 @@ TEST_F(Relocalize, ToleratesPeopleInTheView) {
   }
 }
 
+/// An office with the same furniture at the same places, and other wood, posters and books.
+TEST_F(Relocalize, FailsInARoomOfEqualFurniture) {
+  int told_by_texture = 0;
+  for (const int seed : {1002, 1003, 1004}) {
+    const auto twin = std::make_shared<const Scene>(make_scene({.people = 0, .seed = seed}));
+    const SimulatedSequence path = sequence(twin);
+    for (std::size_t i = 0; i < 12; ++i) {
+      const auto found = find(rendered::extract(*path.at(i).frame));
+      EXPECT_FALSE(found.result) << seed << ", " << i;
+      told_by_texture += found.reason.find("texture") != std::string::npos;
+    }
+  }
+  EXPECT_GT(told_by_texture, 2);
+}
+
 TEST_F(Relocalize, FailsInAnUnknownPlace) {
   auto elsewhere = std::make_shared<Scene>(*world().scene);
   elsewhere->viewpoint.position = {5.2, 1.0, 1.45};
