@@ -129,7 +129,7 @@ TextureAgreement& TextureAgreement::operator+=(const TextureAgreement& other) {
 }
 
 bool TextureAgreement::of_one_place() const {
-  constexpr int kFewRegions = 6;
+  constexpr int kFewRegions = 10;
   constexpr double kLeastShare = 0.375;  // chosen by measurement, see lab/records/loops.md
   return regions < kFewRegions || alike >= kLeastShare * regions;
 }
