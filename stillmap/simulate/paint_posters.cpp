@@ -233,7 +233,7 @@ cv::Mat world_map(Random& random) {
 }
 
 cv::Mat window_view(Random& random) {
-  cv::Mat image(512, 768, CV_8UC3);
+  cv::Mat image(512, 768, CV_8UC3, cv::Scalar());  // smooth lines blend with what is there
   for (int y = 0; y < image.rows; ++y) {
     const double s = static_cast<double>(y) / 400;
     line(image, {0, y}, {image.cols, y}, cv::Scalar(250, 225 + 15 * s, 190 + 45 * s));

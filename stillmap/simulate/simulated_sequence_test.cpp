@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <malloc.h>
 #include <numbers>
 #include <vector>
 
@@ -100,6 +101,25 @@ TEST(SimulatedSequence, EqualOptionsGiveEqualBytesOnAnyNumberOfThreads) {
   EXPECT_EQ(difference(one.truth.instances, other.truth.instances), 0);
   options.seed = 2;
   EXPECT_GT(difference(one.frame->color, SimulatedSequence(options).at(7).frame->color), 50);
+}
+
+/// Returns the texels of a scene that is made while new memory is filled with a byte.
+std::vector<std::uint32_t> texels_with(int byte) {
+  mallopt(M_PERTURB, byte);
+  const Scene scene = make_scene({.people = 2});
+  mallopt(M_PERTURB, 0);
+  std::vector<std::uint32_t> texels;
+  for (const auto& texture : scene.textures) {
+    const auto& finest = texture.levels().front().texels;
+    texels.insert(texels.end(), finest.begin(), finest.end());
+  }
+  return texels;
+}
+
+TEST(SimulatedSequence, TexturesDoNotDependOnWhatWasInMemory) {
+  const auto texels = texels_with(30);
+  EXPECT_GT(texels.size(), 1'000'000U);
+  EXPECT_EQ(texels, texels_with(200));
 }
 
 TEST(SimulatedSequence, TruthMatchesTheFrame) {
