@@ -73,7 +73,7 @@ struct TextureAgreement {
 };
 /// Compares landmarks with the keypoints at their projections whose depth agrees. Rooms of equal
 /// furniture have corners at the same positions, with descriptors similar enough for matches; those
-/// of one place are closer, and no poster is another one.
+/// of one place are closer.
 /// @param landmarks       sorted by id; unknown ids are ignored
 /// @param T_world_camera  estimated pose in the landmarks' world frame
 /// @param radius          around each projection [pixels at level 0]

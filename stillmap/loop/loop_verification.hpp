@@ -61,8 +61,9 @@ struct LoopVerification {
 /// Verifies a loop candidate: matches by vocabulary node; SE(3) from 3D-3D pairs by RANSAC (scale
 /// is known); landmarks of either side matched in the other's keyframe; pose refinement; then the
 /// tests: enough inliers, a sufficient share of expected landmarks matched in both directions,
-/// agreement of the query's neighbors, and a correction within the drift bounds. Both keyframes
-/// must be in the map and in the index. Changes nothing. Deterministic.
+/// a correction within the drift bounds, agreement of the query's neighbors, and equal texture
+/// (TextureAgreement). Both keyframes must be in the map and in the index. Changes nothing.
+/// Deterministic.
 LoopVerification verify_loop(const Map& map, const PlaceIndex& index, KeyframeId query,
                              KeyframeId candidate, const LoopVerificationOptions& options = {});
 

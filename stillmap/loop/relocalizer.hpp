@@ -34,7 +34,7 @@ struct RelocalizationVerification {
 /// recognition, best first: matches by vocabulary node with the keyframe's landmarks; a pose by
 /// RANSAC, from 3D-3D pairs if enough keypoints have a depth, otherwise or if that fails from three
 /// pixels at a time (P3P); then refinement with surrounding landmarks matched by projection. A
-/// place that is similar only in part is rejected.
+/// place that is similar only in part, or of other texture, is rejected.
 ///
 /// Runs in the thread that owns the map and the index, and changes neither. The tracker passes its
 /// frame (an immutable message) and receives this result with the snapshot make_local_map(map,
