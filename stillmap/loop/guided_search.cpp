@@ -59,6 +59,18 @@ std::size_t region_of(const Camera& camera, float u, float v) {
   return static_cast<std::size_t>(y * kColumns + x);
 }
 
+/// Calls a function with each landmark that should be in the image, and its query.
+template <typename Function>
+void for_each_expected(const Map& map, std::span<const LandmarkId> landmarks,
+                       const LandmarkProjector& view, double radius, const Function& function) {
+  for (const LandmarkId id : landmarks) {
+    const Landmark* landmark = map.find(id);
+    if (landmark == nullptr) continue;
+    if (const auto query = view.expect(*landmark, radius, kMinViewCosine))
+      function(*landmark, *query);
+  }
+}
+
 std::vector<std::uint8_t> unusable(const ImageView& image) {
   std::vector<std::uint8_t> taken;
   for (const float weight : image.static_weight) taken.push_back(weight <= 0);
@@ -81,14 +93,11 @@ GuidedSearch search_landmarks(const Map& map, std::span<const LandmarkId> landma
   const LandmarkProjector view(map.camera(), map.pyramid(), T_world_camera);
   std::vector<ProjectionQuery> queries;
   std::vector<const Landmark*> searched;
-  for (const LandmarkId id : landmarks) {
-    const Landmark* landmark = map.find(id);
-    if (landmark == nullptr) continue;
-    if (const auto query = view.expect(*landmark, radius, kMinViewCosine)) {
-      queries.push_back(*query);
-      searched.push_back(landmark);
-    }
-  }
+  for_each_expected(map, landmarks, view, radius,
+                    [&](const Landmark& landmark, const ProjectionQuery& query) {
+                      queries.push_back(query);
+                      searched.push_back(&landmark);
+                    });
   ProjectionMatchOptions matching;
   matching.max_distance = kMaxDistance;
   matching.ratio = kRatio;
@@ -149,18 +158,15 @@ TextureAgreement texture_agreement(const Map& map, std::span<const LandmarkId> l
     int seen = 0, similar = 0, equal = 0;
   };
   std::array<Region, kRegions> regions;
-  for (const LandmarkId id : landmarks) {
-    const Landmark* landmark = map.find(id);
-    if (landmark == nullptr) continue;
-    const auto query = view.expect(*landmark, radius, kMinViewCosine);
-    if (!query) continue;
-    const auto closest = closest_on_surface(image, *query, view.depth(landmark->p_world));
-    if (!closest) continue;
-    Region& region = regions[region_of(map.camera(), query->u, query->v)];
-    ++region.seen;
-    region.similar += *closest <= kMaxDistance;
-    region.equal += *closest < kEqual;
-  }
+  for_each_expected(
+      map, landmarks, view, radius, [&](const Landmark& landmark, const ProjectionQuery& query) {
+        const auto closest = closest_on_surface(image, query, view.depth(landmark.p_world));
+        if (!closest) return;
+        Region& region = regions[region_of(map.camera(), query.u, query.v)];
+        ++region.seen;
+        region.similar += *closest <= kMaxDistance;
+        region.equal += *closest < kEqual;
+      });
   TextureAgreement agreement;
   for (const Region& region : regions) {
     if (region.seen < kSeen) continue;

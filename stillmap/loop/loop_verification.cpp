@@ -180,7 +180,8 @@ class Verification {
     return texture_agreement(map_, landmarks_, image, T_world_camera, kNarrowRadius);
   }
 
-  bool agrees(const Keyframe& neighbor) {
+  /// Returns the pose of a neighbor by the candidate's landmarks; nothing if it does not agree.
+  std::optional<Pose> confirmed_pose(const Keyframe& neighbor) const {
     const Pose T_world_neighbor =
         T_world_query_ * query_.T_world_camera.inverse() * neighbor.T_world_camera;
     const auto image = image_of(neighbor);
@@ -192,8 +193,7 @@ class Verification {
     const bool agree = solved.solution.well_posed && error.translation().norm() < kMeters &&
                        error.angle() < kRadians &&
                        static_cast<int>(solved.inliers.size()) >= kMinNeighborMatches;
-    if (agree) texture_ += texture_in(image, solved.solution.T_world_camera);
-    return agree;
+    return agree ? std::optional(solved.solution.T_world_camera) : std::nullopt;
   }
 
   bool neighbors_agree() {
@@ -201,7 +201,11 @@ class Verification {
     for (const Covisible& c : map_.covisible(query_.id, kNeighborShared)) {
       if (asked == kNeighbors) break;
       ++asked;
-      match_.neighbors_agree += agrees(map_.at(c.keyframe));
+      const Keyframe& neighbor = map_.at(c.keyframe);
+      const auto pose = confirmed_pose(neighbor);
+      if (!pose) continue;
+      ++match_.neighbors_agree;
+      texture_ += texture_in(image_of(neighbor), *pose);
     }
     // A new component has few keyframes; within one component a loop can wait for more.
     const bool young = !match_.same_component && asked < options_.min_neighbors_agree;

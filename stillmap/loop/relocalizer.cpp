@@ -28,14 +28,6 @@ constexpr double kMinFoundShare = 0.2, kMaxBlankShare = 0.4;
 /// Maximum share of inliers with depth whose depth disagrees [0..1].
 constexpr double kMaxContradicted = 0.4;
 
-std::vector<LandmarkId> landmarks_around(const Map& map, KeyframeId center, int window) {
-  std::vector<KeyframeId> keyframes = {center};
-  for (const Covisible& c : map.covisible(center)) {
-    if (static_cast<int>(keyframes.size()) <= window) keyframes.push_back(c.keyframe);
-  }
-  return landmarks_seen_by(map, keyframes);
-}
-
 /// One relocalization attempt in steps; a failed step sets its reason.
 class Attempt {
  public:
@@ -87,7 +79,7 @@ class Attempt {
   }
 
   bool refine() {
-    landmarks_ = landmarks_around(map_, candidate_.id, kWindow);
+    landmarks_ = landmarks_seen_by(map_, with_best_covisible(map_, candidate_.id, kWindow));
     for (const double radius : {kWideRadius, kNarrowRadius}) {
       const auto found = search_landmarks(map_, landmarks_, image_, T_world_camera_, radius);
       solved_ = solve_matches(map_, found.matches, image_, T_world_camera_);
