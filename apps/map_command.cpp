@@ -439,6 +439,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   merging->footer(
       "That maps stay apart is no error: --json tells it.\nExample:\n  stillmap map merge "
       "monday.map tuesday.map --out site.map");
+  add_quiet_option(*merging);
   merging->callback([arguments, &exit_code] { exit_code = merge(*arguments); });
   CLI::App* comparing = map->add_subcommand(
       "changes", "find the objects that appeared, went or moved between two visits");
@@ -457,6 +458,7 @@ void add_map_command(CLI::App& app, int& exit_code) {
   comparing->footer(
       "Example:\n  stillmap map changes monday.map friday.map --out changes\n"
       "  stillmap view changes");
+  add_quiet_option(*comparing);
   comparing->callback([arguments, &exit_code] { exit_code = changes(*arguments); });
   CLI::App* aligning =
       map->add_subcommand("align", "move the map into the frame of its site, by known points");

@@ -42,6 +42,8 @@ inline constexpr std::array kFindingKinds = {
                 "more than a fifth of the poses contradict the motion of the camera"},
     FindingKind{"unconnected-maps", Severity::kUntrusted,
                 "the run has several maps whose relative pose is unknown"},
+    FindingKind{"another-place", Severity::kUntrusted,
+                "the loaded map is of another place that looks similar"},
     FindingKind{"carried-parts", Severity::kUntrusted,
                 "poses follow parts of the image that move along with the camera"},
     FindingKind{"empty-dense-map", Severity::kUntrusted, "the dense map has next to no points"},

@@ -143,6 +143,12 @@ bool TextureAgreement::of_one_place() const {
   return regions < kFewRegions || alike >= kLeastShare * regions;
 }
 
+bool TextureAgreement::of_another_place() const {
+  constexpr int kManyRegions = 100;
+  constexpr double kMostShare = 0.3;  // chosen by measurement, see lab/records/loops.md
+  return regions >= kManyRegions && alike < kMostShare * regions;
+}
+
 std::string TextureAgreement::text() const {
   return fmt::format("texture of another place: {:.0f} % of the similar descriptors are equal",
                      100 * alike / std::max(1, regions));

@@ -68,6 +68,9 @@ struct TextureAgreement {
   TextureAgreement& operator+=(const TextureAgreement& other);
   /// Returns whether map and images can be of one place; true if too few regions show surfaces.
   bool of_one_place() const;
+  /// Returns whether the sum over a run says that the camera is at another place than the map, of
+  /// which some images pass the test above; false if too few regions show surfaces.
+  bool of_another_place() const;
   /// Returns why they are not, for the log.
   std::string text() const;
 };

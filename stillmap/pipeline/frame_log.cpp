@@ -32,11 +32,26 @@ double undetected_moving_share(const Frame& frame) {
   return moving_share(outside.size() < kFewest ? weight : outside);
 }
 
+/// Returns the component with the pose of a frame; none without a pose or in a dropped map.
+std::optional<std::uint32_t> component_in(const Map& map, const FrameRecord& record) {
+  const KeyframeId reference = map.current_keyframe(record.reference);
+  if (!record.has_pose() || !reference.valid()) return std::nullopt;
+  return map.at(reference).component;
+}
+
 }  // namespace
 
 std::optional<Pose> pose_in(const Map& map, const FrameRecord& record) {
-  if (!record.has_pose() || !map.current_keyframe(record.reference).valid()) return std::nullopt;
+  if (!component_in(map, record)) return std::nullopt;
   return map.resolve(record.reference, record.T_reference_camera);
+}
+
+std::map<std::uint32_t, int> frames_by_component(const std::vector<FrameRecord>& frames) {
+  std::map<std::uint32_t, int> number;
+  for (const FrameRecord& frame : frames) {
+    if (frame.component) ++number[*frame.component];
+  }
+  return number;
 }
 
 Uncertainty uncertainty_of(const TrackedFrame& tracked) {
@@ -171,15 +186,16 @@ std::map<std::size_t, Pose> FrameLog::poses(const Map& map) const {
 
 std::vector<std::vector<UncertainPose>> FrameLog::paths(const Map& map) const {
   std::vector<std::vector<UncertainPose>> paths;
-  std::uint32_t component = 0;  // of the last path
+  std::optional<std::uint32_t> component;  // of the last path
   for (const FrameRecord& record : records_) {
-    const auto T_world_camera = pose_in(map, record);
-    if (!T_world_camera) continue;
-    const std::uint32_t here = map.at(map.current_keyframe(record.reference)).component;
-    const bool goes_on = !paths.empty() && here == component &&
-                         record.timestamp - paths.back().back().timestamp <= kMaxPause;
+    const auto here = component_in(map, record);
+    if (!here) continue;
+    const bool goes_on =
+        here == component && record.timestamp - paths.back().back().timestamp <= kMaxPause;
     if (!goes_on) paths.emplace_back();
-    paths.back().push_back({record.timestamp, *T_world_camera, record.covariance});
+    paths.back().push_back({record.timestamp,
+                            map.resolve(record.reference, record.T_reference_camera),
+                            record.covariance});
     component = here;
   }
   return paths;
@@ -195,12 +211,10 @@ void FrameLog::enlarge_covariances(std::vector<UncertainPose>& poses) const {
   }
 }
 
-std::map<std::uint32_t, int> FrameLog::frames_by_component(const Map& map) const {
-  std::map<std::uint32_t, int> frames;
-  for (const FrameRecord& record : records_) {
-    if (pose_in(map, record)) ++frames[map.at(map.current_keyframe(record.reference)).component];
-  }
-  return frames;
+std::vector<FrameRecord> FrameLog::records_in(const Map& map) const {
+  std::vector<FrameRecord> records = records_;
+  for (FrameRecord& record : records) record.component = component_in(map, record);
+  return records;
 }
 
 void FrameLog::add_times_to(StageTimes& times) const {

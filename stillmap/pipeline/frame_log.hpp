@@ -41,8 +41,10 @@ struct FrameRecord {
   std::size_t index = 0;                    ///< Index of the frame in the run.
   double timestamp = 0;                     ///< Time of the frame [s].
   TrackState state = TrackState::kWaiting;  ///< State of the tracker after the frame.
-  std::string reason;                      ///< Reason why the camera was lost; empty if it was not.
-  KeyframeId reference;                    ///< Keyframe that the pose is relative to.
+  std::string reason;    ///< Reason why the camera was lost; empty if it was not.
+  KeyframeId reference;  ///< Keyframe that the pose is relative to.
+  /// Component of the final map with the pose; none without a pose or before the end of the run.
+  std::optional<std::uint32_t> component;
   Pose T_reference_camera;                 ///< Relative pose, valid while the map is corrected.
   Matrix6d covariance = Matrix6d::Zero();  ///< See TrackedFrame::covariance.
   Pose T_camera_filtered;                  ///< See TrackedFrame::T_camera_filtered.
@@ -73,6 +75,9 @@ Uncertainty uncertainty_of(const TrackedFrame& tracked);
 
 /// Returns T_world_camera of a frame in the map; none without a pose or in a dropped map.
 std::optional<Pose> pose_in(const Map& map, const FrameRecord& record);
+
+/// Returns the number of frames in each component.
+std::map<std::uint32_t, int> frames_by_component(const std::vector<FrameRecord>& frames);
 
 /// A frame with a pose, relative to a keyframe.
 struct PlacedFrame {
@@ -136,8 +141,8 @@ class FrameLog {
   /// Enlarges the covariances of frames most of whose keypoints move: see covariance_factor().
   /// @param poses of frames in the log, by ascending timestamps
   void enlarge_covariances(std::vector<UncertainPose>& poses) const;
-  /// Returns the number of frames in each of the unconnected maps.
-  std::map<std::uint32_t, int> frames_by_component(const Map& map) const;
+  /// Returns the records with the components of their poses.
+  std::vector<FrameRecord> records_in(const Map& map) const;
   /// Adds one sample per frame for each stage of the tracker's thread, in the order of
   /// TrackingTimes, and for their sum, "tracking".
   void add_times_to(StageTimes& times) const;

@@ -118,8 +118,23 @@ LocalMapPtr MapMaker::snapshot_around(KeyframeId reference) {
   return snapshot;
 }
 
+/// Compares the texture of an image with the landmarks of earlier sessions around its pose.
+void MapMaker::compare_texture(const KeyframeProposal& proposal) {
+  constexpr int kWindow = 10;    // number of covisible keyframes whose landmarks take part
+  constexpr double kRadius = 4;  // as in relocalization [pixels at level 0]
+  const KeyframeId center = best_view(map_, proposal.landmarks);
+  if (!center.valid()) return;
+  std::vector<KeyframeId> earlier = with_best_covisible(map_, center, kWindow);
+  std::erase_if(earlier, [&](KeyframeId id) { return map_.at(id).session == map_.session(); });
+  const Frame& frame = *proposal.frame;
+  texture_ += texture_agreement(
+      map_, landmarks_seen_by(map_, earlier), {*frame.features, frame.evidence.weight},
+      map_.resolve(proposal.reference, proposal.T_reference_camera), kRadius);
+}
+
 LocalMapPtr MapMaker::insert(const KeyframeProposal& proposal) {
   const TraceScope scope(span::kKeyframeInsertion);
+  compare_texture(proposal);
   newest_ = mapper_.insert(proposal);
   made_.push_back(newest_);
   const KeyframeId abandoned = map_.current_keyframe(proposal.abandoned);
@@ -190,6 +205,7 @@ LoopCorrection MapMaker::join(const LoopMatch& match) {
 }
 
 LocalMapPtr MapMaker::snapshot_for(const KeyframeProposal& proposal) {
+  compare_texture(proposal);
   const KeyframeId center = best_view(map_, proposal.landmarks);
   return snapshot_around(center.valid() ? center : map_.current_keyframe(proposal.reference));
 }

@@ -95,6 +95,8 @@ class MapMaker {
   const Map& map() const { return map_; }
   const std::vector<MapEvent>& events() const { return events_; }
   const RefineTotals& refined() const { return refined_; }
+  /// Returns the agreement of all proposed keyframes with the map of earlier sessions.
+  const TextureAgreement& texture() const { return texture_; }
   /// Returns the keyframe inserted last; invalid before the first.
   KeyframeId newest() const { return newest_; }
 
@@ -103,6 +105,7 @@ class MapMaker {
   void close(const LoopMatch& match);
   LoopCorrection join(const LoopMatch& match);
   LocalMapPtr snapshot_around(KeyframeId reference);
+  void compare_texture(const KeyframeProposal& proposal);
 
   const MapperOptions options_;
   Map map_;
@@ -116,6 +119,7 @@ class MapMaker {
   std::vector<KeyframeId> made_;  // in this run, those included that were erased since
   std::vector<MapEvent> events_;
   RefineTotals refined_;
+  TextureAgreement texture_;
 };
 
 }  // namespace stillmap

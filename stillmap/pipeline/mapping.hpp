@@ -82,6 +82,7 @@ class Mapping {
   const Map& map() const { return maker_.map(); }
   const std::vector<MapEvent>& events() const { return maker_.events(); }
   const RefineTotals& refined() const { return maker_.refined(); }
+  const TextureAgreement& texture() const { return maker_.texture(); }
 
  private:
   /// Output of the map's thread: a snapshot, or the result of a relocalization.

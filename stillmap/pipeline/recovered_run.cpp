@@ -38,10 +38,12 @@ class Recovery {
     run.map.damage = damage();
     run.map.map = map();
     run.map.views = views(run.map.map.camera, memory);
-    run.frames = frames();
+    const Map map(run.map.map);
+    const FrameLog log(frames());
+    run.frames = log.records_in(map);
     for_each(JournalKind::kEvent,
              [&](std::uint64_t, ByteReader in) { run.events.push_back(get_event(in)); });
-    run.movers = movers(run);
+    run.movers = movers(log.poses(map));
     return run;
   }
 
@@ -176,8 +178,7 @@ class Recovery {
     return frames;
   }
 
-  std::vector<MoverTrack> movers(const RecoveredRun& run) const {
-    const std::map<std::size_t, Pose> poses = FrameLog(run.frames).poses(Map(run.map.map));
+  std::vector<MoverTrack> movers(const std::map<std::size_t, Pose>& poses) const {
     std::map<std::uint64_t, MoverTrack> tracks;
     for_each(JournalKind::kMover,
              [&](std::uint64_t id, ByteReader in) { tracks[id] = get_identity(in); });

@@ -264,6 +264,22 @@ void add_distances(const RunDetails& record, std::vector<Finding>& findings) {
                    "divide them by sqrt(1 + ((u - cx) / fx)^2 + ((v - cy) / fy)^2)"));
 }
 
+/// Adds that the camera was localized in the map of a place that only looks similar.
+void add_another_place(const RunDetails& run, std::vector<Finding>& findings) {
+  const TextureAgreement& texture = run.result.texture;
+  if (!texture.of_another_place()) return;
+  const double share = texture.alike / texture.regions;
+  findings.push_back(make_finding(
+      "another-place",
+      fmt::format(
+          "the camera is probably not in the place of the loaded map, but in one that looks "
+          "similar: {:.0f} % of the descriptors that match are equal, 43 % or more in the "
+          "same place",
+          100 * share),
+      "load the map of this place; if this run extended the map, discard the extended one",
+      {{"share", share}}));
+}
+
 /// Adds that more than a fifth of the frames came too fast, unless the coverage is so low that
 /// add_coverage() reports it.
 void add_late_frames(const RunDetails& record, std::vector<Finding>& findings) {
@@ -291,6 +307,7 @@ std::vector<Finding> run_findings(const RunDetails& run) {
   const SlamResult& result = run.result;
   if (result.carried_parts) findings.push_back(*result.carried_parts);
   append(result.motion_sensors, findings);
+  add_another_place(run, findings);
   // A run that only localizes does not need the other maps of the file.
   const std::size_t maps = result.keyframes.empty() ? result.frames_by_map.size() : result.maps;
   if (maps > 1) {

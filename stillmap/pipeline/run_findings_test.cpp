@@ -214,6 +214,17 @@ TEST(RunFindings, MasksThatDoNotBelongToTheImagesAreTold) {
   EXPECT_THAT(run_findings(record), ElementsAre(*record.result.detector_finding));
 }
 
+TEST(RunFindings, APlaceThatOnlyLooksLikeTheLoadedMapIsTold) {
+  RunDetails record = good_run();
+  record.result.texture = {.regions = 100, .alike = 29};
+  EXPECT_THAT(run_findings(record), ElementsAre(testing::Field(&Finding::code, "another-place")));
+  EXPECT_THAT(texts(record), ElementsAre(HasSubstr("29 % of the descriptors")));
+  record.result.texture.regions = 99;
+  EXPECT_THAT(texts(record), IsEmpty()) << "too few regions";
+  record.result.texture = {.regions = 100, .alike = 31};
+  EXPECT_THAT(texts(record), IsEmpty());
+}
+
 TEST(RunFindings, PosesThatFollowWhatTheCameraCarries) {
   RunDetails record = good_run();
   record.result.carried_parts = make_finding("carried-parts", "the poses follow the robot");

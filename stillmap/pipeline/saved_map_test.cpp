@@ -462,6 +462,20 @@ TEST(Localizing, RecognizesNothingAtAnUnknownPlace) {
   EXPECT_THAT(r.result.frames.back().reason, HasSubstr("not recognized"));
 }
 
+TEST(Localizing, InAPlaceThatOnlyLooksSimilarIsTold) {
+  const Outcome yard = run(visit("yard"));
+  for (const bool extend : {false, true}) {
+    const auto texture_in = [&](const std::string& name) {
+      return run(visit(name), StartingMap{yard.map, extend}).result.texture;
+    };
+    EXPECT_TRUE(texture_in("twin yard").of_another_place()) << extend;
+    const TextureAgreement same = texture_in("yard");
+    EXPECT_GE(same.regions, 20);
+    EXPECT_GT(same.alike, 0.4 * same.regions);
+  }
+  EXPECT_EQ(yard.result.texture.regions, 0) << "without a loaded map";
+}
+
 TEST(Localizing, WorksInRealTimeToo) {
   SlamParameters options = recorded::small_options("static");
   options.schedule.realtime = true;

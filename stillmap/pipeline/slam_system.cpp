@@ -296,10 +296,10 @@ SlamResult SlamSystem::finish() {
     log_.set_final_poses(result.trajectory);
     result.keyframes = keyframe_trajectory();
     result.up = up_in(result.trajectory);
-    result.frames = log_.records();
+    result.frames = log_.records_in(mapping_.map());
     result.events = mapping_.events();
     collect_movers(result);
-    result.frames_by_map = log_.frames_by_component(mapping_.map());
+    result.frames_by_map = frames_by_component(result.frames);
     collect_dense_map(result);
     collect_statistics(result);
   });
@@ -323,7 +323,7 @@ void SlamSystem::finish_streams() {
 
 /// Of several unconnected maps, those that held the camera for moments only.
 void SlamSystem::drop_brief_maps() {
-  const auto frames = log_.frames_by_component(mapping_.map());
+  const auto frames = frames_by_component(log_.records_in(mapping_.map()));
   for (const auto& [component, count] : frames) {
     if (frames.size() > 1 && count < kMinMapFrames) mapping_.drop(component);
   }
@@ -377,6 +377,7 @@ void SlamSystem::collect_statistics(SlamResult& result) const {
   result.detector_skipped = instances_.skipped();
   result.detector_finding = instances_.finding();
   result.carried_parts = carried_.finding();
+  result.texture = mapping_.texture();
   result.motion_sensors = tracker_.findings();
   result.load_shedding = load_shedding();
   result.camera = camera_;

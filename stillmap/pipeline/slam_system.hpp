@@ -62,6 +62,7 @@ struct SlamResult {
   std::string detector_skipped;         ///< Frames without a usable mask, in one line; empty: none.
   std::optional<Finding> detector_finding;  ///< See Detector::finding().
   std::optional<Finding> carried_parts;     ///< See CarriedParts::finding().
+  TextureAgreement texture;                 ///< See MapMaker::texture().
   std::vector<Finding> motion_sensors;      ///< See Tracker::findings().
   /// Upward direction in the world by the accelerometer; none if it is not known.
   std::optional<Eigen::Vector3d> up;

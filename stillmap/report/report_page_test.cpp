@@ -178,13 +178,15 @@ TEST(FramesCsv, HasALinePerFrame) {
   last.inliers = 300;
   last.mask_age = 2;
   last.keyframe = true;
+  last.component = 0;
   const std::string csv = frames_csv(record.result);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 32);
   EXPECT_THAT(csv, HasSubstr("frame,timestamp,state,keypoints,moving,inliers,mask_age,uncertain,"
-                             "keyframe,highly_dynamic\n"));
-  EXPECT_THAT(csv, ::testing::EndsWith("\n30,51.000000,tracking,900,40,300,2,0,1,1\n"));
+                             "keyframe,highly_dynamic,component\n"));
+  EXPECT_THAT(csv, ::testing::EndsWith("\n30,51.000000,tracking,900,40,300,2,0,1,1,0\n"));
   record.result.frames.back().dynamics = Dynamics::kUnknown;
-  EXPECT_THAT(frames_csv(record.result), ::testing::EndsWith(",0,1,\n"));
+  record.result.frames.back().component.reset();
+  EXPECT_THAT(frames_csv(record.result), ::testing::EndsWith(",0,1,,\n"));
 }
 
 TEST(Report, ShowsTheErrorOfTheEvaluation) {

@@ -109,12 +109,13 @@ double RunRecord::tracking_median() const {
 
 std::string frames_csv(const SlamResult& result) {
   std::string csv =
-      "frame,timestamp,state,keypoints,moving,inliers,mask_age,uncertain,keyframe,highly_dynamic\n";
+      "frame,timestamp,state,keypoints,moving,inliers,mask_age,uncertain,keyframe,highly_dynamic,"
+      "component\n";
   for (const FrameRecord& f : result.frames) {
-    csv += fmt::format("{},{:.6f},{},{},{},{},{},{:d},{:d},{}\n", f.index, f.timestamp,
+    csv += fmt::format("{},{:.6f},{},{},{},{},{},{:d},{:d},{},{}\n", f.index, f.timestamp,
                        name_of(f.state), f.keypoints, f.moving_keypoints, f.inliers,
                        f.mask_age < 0 ? "" : std::to_string(f.mask_age), f.uncertain(), f.keyframe,
-                       name_of(f.dynamics));
+                       name_of(f.dynamics), f.component ? std::to_string(*f.component) : "");
   }
   return csv;
 }
