@@ -10,8 +10,8 @@ namespace stillmap {
 /// The camera's motion as estimated from the keypoints that were static up to the previous frame,
 /// before the newest frame has motion labels.
 struct EgoMotion {
-  Pose T_world_camera;    ///< Initial pose of the newest frame.
-  Pose T_world_previous;  ///< Pose of the previous frame, in the same world.
+  Pose T_odometry_camera;    ///< Initial pose of the newest frame, see TrackedFrame.
+  Pose T_odometry_previous;  ///< Pose of the previous frame.
   /// Per keypoint of the newest frame: index of the matched keypoint of the previous frame, static
   /// or moving; -1 for none.
   std::vector<std::int32_t> previous;

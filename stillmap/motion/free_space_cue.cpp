@@ -62,13 +62,13 @@ void FreeSpaceCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     views_.clear();
     return;
   }
-  remember(*input.previous, input.ego_motion->T_world_previous);
+  remember(*input.previous, input.ego_motion->T_odometry_previous);
   for (const View* view : chosen(input.image->index)) compare(*view, input, evidence);
 }
 
-void FreeSpaceCue::remember(const Frame& frame, const Pose& T_world_camera) {
+void FreeSpaceCue::remember(const Frame& frame, const Pose& T_odometry_camera) {
   if (!views_.empty() && frame.index() < views_.back().frame_index + kViewInterval) return;
-  views_.push_back({frame.index(), T_world_camera, frame.exposure, surface_of(frame)});
+  views_.push_back({frame.index(), T_odometry_camera, frame.exposure, surface_of(frame)});
   constexpr std::size_t kOldest = kAges.back() + kViewInterval;
   while (views_.front().frame_index + kOldest < frame.index()) views_.pop_front();
 }
@@ -113,7 +113,7 @@ void FreeSpaceCue::compare(const View& view, const MotionInput& input, MotionEvi
   const float agreeing =
       static_cast<float>(kAgreeingLogOdds * std::min(1.0, age / kFullAge)) * kAgreeingWeight;
   const float max_depth = input.cells->camera.depth_sensor.depth_at_sigma(kJudgedSigma);
-  const Pose T_view_camera = view.T_world_camera.inverse() * input.ego_motion->T_world_camera;
+  const Pose T_view_camera = view.T_odometry_camera.inverse() * input.ego_motion->T_odometry_camera;
   const SurfaceTolerance tolerances(*input.cells);
   for_each_reprojected(
       *input.cells, Reprojection(*input.cells, T_view_camera, input.exposure, view.exposure),

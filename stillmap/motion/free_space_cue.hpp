@@ -26,13 +26,13 @@ class FreeSpaceCue : public MotionCue {
   /// The surfaces of an earlier frame.
   struct View {
     std::size_t frame_index = 0;
-    Pose T_world_camera;
+    Pose T_odometry_camera;
     ExposureMotion exposure;
     std::vector<DepthRange> surface;  // per cell, row by row
   };
 
   static std::vector<DepthRange> surface_of(const Frame& frame);
-  void remember(const Frame& frame, const Pose& T_world_camera);
+  void remember(const Frame& frame, const Pose& T_odometry_camera);
   std::vector<const View*> chosen(std::size_t frame_index) const;
   static void compare(const View& view, const MotionInput& input, MotionEvidence& evidence);
 

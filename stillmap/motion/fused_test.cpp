@@ -70,8 +70,8 @@ class FrameSequence {
  private:
   EgoMotion ego_motion(const Pose& T_world_camera, std::size_t keypoints) const {
     EgoMotion ego;
-    ego.T_world_camera = T_world_camera;
-    ego.T_world_previous = T_world_previous_;
+    ego.T_odometry_camera = T_world_camera;
+    ego.T_odometry_previous = T_world_previous_;
     for (std::size_t i = 0; i < keypoints; ++i) ego.previous.push_back(static_cast<int>(i));
     ego.landmark_log_odds.assign(keypoints, 0.0F);
     return ego;

@@ -36,7 +36,7 @@ void HistoryCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     const cv::Mat1f& measured_before = input.previous->evidence.surface_measured;
     const auto memory = static_cast<float>(kMemory);
     const Reprojection reprojection(*input.cells,
-                                    ego.T_world_previous.inverse() * ego.T_world_camera,
+                                    ego.T_odometry_previous.inverse() * ego.T_odometry_camera,
                                     input.exposure, input.previous->exposure);
     for_each_reprojected(*input.cells, reprojection, [&](int r, int c, float, int before, float z) {
       if (std::abs(depth_before(before) - z) > tolerance.at(z)) return;

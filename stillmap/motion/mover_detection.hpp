@@ -86,6 +86,8 @@ class MoverDetector {
   /// null.
   MoverDetections detect(const Frame& frame, const Pose& T_world_camera);
 
+  /// Moves the views along with a corrected world.
+  void move(const Pose& T_corrected_world) { views_.move(T_corrected_world); }
   /// Forgets the views: a new world begins.
   void restart() { views_.clear(); }
 

@@ -205,6 +205,20 @@ Frame frame_with_surfaces(const Stage& stage, double seconds) {
   return frame;
 }
 
+TEST(MoverDetector, ItsViewsMoveAlongWithACorrectedWorld) {
+  const Pose T_corrected_world(so3_exp({0, 0.3, 0}), {0.5, 0, -1});
+  for (const bool told : {false, true}) {
+    Stage stage;
+    MoverDetector detector;
+    detector.detect(frame_with_surfaces(stage, 0), Pose());  // the wall alone
+    stage.put({140, 60, 40, 120}, 2);
+    if (told) detector.move(T_corrected_world);
+    const auto found = detector.detect(frame_with_surfaces(stage, 1), T_corrected_world).movers;
+    ASSERT_THAT(found, SizeIs(1));
+    EXPECT_EQ(found[0].moves, told) << "seen through where the wall was";
+  }
+}
+
 TEST(MoverDetector, ARegionOnAnEarlierSurfaceDoesNotMoveDespiteTheEvidence) {
   Stage stage;
   stage.put({140, 60, 40, 120}, 2);
@@ -457,6 +471,21 @@ TEST(MoverTracker, TracksFollowTheFinalPoses) {
   EXPECT_THAT(tracks[0].samples, SizeIs(9));
   EXPECT_LT((tracks[0].samples.back().centroid - Eigen::Vector3d(3, 0, 7)).norm(), 1e-6);
   EXPECT_LT((tracks[0].samples.back().box.sizes() - Eigen::Vector3d(0.4, 1.6, 0.4)).norm(), 1e-6);
+}
+
+TEST(MoverTracker, FollowsACorrectionOfTheWorld) {
+  const Pose T_corrected_world(so3_exp({0, 1.5707963267948966, 0}), {0, 0, 7});
+  MoverTracker tracker;
+  for (std::size_t i = 0; i < 60; ++i) {
+    const bool corrected = i >= 30;
+    if (i == 30) tracker.move(T_corrected_world);
+    const Eigen::Vector3d p(-1 + 0.03 * static_cast<double>(i), 0, 3);
+    step(tracker, i, {detection(corrected ? T_corrected_world * p : p)});
+  }
+  ASSERT_THAT(tracker.current(), SizeIs(1));
+  const Mover mover = tracker.current()[0];
+  EXPECT_EQ(mover.id, 1);
+  EXPECT_LT((mover.now.velocity - Eigen::Vector3d(0, 0, -0.9)).norm(), 0.02);
 }
 
 TEST(MoverTracker, ANewWorldEndsAllTracks) {

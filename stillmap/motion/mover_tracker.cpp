@@ -305,6 +305,16 @@ void MoverTracker::absorb(Track& older, const Track& younger) const {
   older.appearance.add(younger.appearance);
 }
 
+void MoverTracker::move(const Pose& T_corrected_world) {
+  const Pose turn(T_corrected_world.quaternion(), Eigen::Vector3d::Zero());
+  for (Track& track : tracks_) {
+    track.p = T_corrected_world * track.p;
+    track.v = turn * track.v;
+    track.box_offset = transformed(track.box_offset, turn);
+    track.surface_offset = transformed(track.surface_offset, turn);
+  }
+}
+
 void MoverTracker::restart() {
   for (Track& track : tracks_) archive(std::move(track));
   tracks_.clear();

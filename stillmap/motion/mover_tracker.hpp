@@ -78,6 +78,8 @@ class MoverTracker {
   void update(std::size_t frame_index, double timestamp, const Pose& T_world_camera,
               const std::vector<MoverDetection>& detections);
 
+  /// Moves the objects along with a corrected world; samples stay as they were.
+  void move(const Pose& T_corrected_world);
   /// Ends all tracks, as a new world begins (tracking was lost).
   void restart();
 

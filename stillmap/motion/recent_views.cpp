@@ -47,6 +47,11 @@ void RecentViews::add(CellView view) {
   if (views_.size() > kViews) views_.pop_front();
 }
 
+void RecentViews::move(const Pose& T_corrected_world) {
+  const Pose T_world_corrected = T_corrected_world.inverse();
+  for (CellView& view : views_) view.T_camera_world = view.T_camera_world * T_world_corrected;
+}
+
 bool RecentViews::was_static(const Eigen::Vector3d& p_world) const {
   int votes = 0;
   for (const CellView& view : views_) {

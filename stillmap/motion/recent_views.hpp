@@ -23,6 +23,8 @@ class RecentViews {
  public:
   /// Adds a view if the last one is old enough, and forgets the oldest of too many.
   void add(CellView view);
+  /// Moves the views along with a corrected world.
+  void move(const Pose& T_corrected_world);
   /// Forgets all views.
   void clear() { views_.clear(); }
 

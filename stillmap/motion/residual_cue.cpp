@@ -29,7 +29,7 @@ void ResidualCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
     const EgoMotion& ego = *input.ego_motion;
     const Camera& camera = input.cells->image_camera;
     const float max_depth = camera.depth_sensor.depth_at_sigma(kJudgedSigma);
-    const Pose T_camera_world = ego.T_world_camera.inverse();
+    const Pose T_camera_odometry = ego.T_odometry_camera.inverse();
     for (std::size_t i = 0; i < keypoints.size(); ++i) {
       const Keypoint& k = keypoints[i];
       const auto j = static_cast<std::size_t>(ego.previous[i]);
@@ -37,31 +37,32 @@ void ResidualCue::add_to(MotionEvidence& evidence, const MotionInput& input) {
       if (ego.previous[i] >= 0 && j < trails_.size()) before = trails_[j];
       if (before.valid) {
         const cv::Point cell = input.cells->cell_of(k.u, k.v);
-        evidence.surface_measured(cell) += log_odds(before, k, input, T_camera_world);
+        evidence.surface_measured(cell) += log_odds(before, k, input, T_camera_odometry);
         evidence.surface_observations(cell) += 1;
       }
       if (k.depth <= 0 || k.depth > max_depth) continue;
-      const Eigen::Vector3d p_world = ego.T_world_camera * camera.unproject(k.u, k.v, k.depth);
-      trails[i] = extended(before, p_world.cast<float>(), scale_of(k, input.pyramid));
+      const Eigen::Vector3d p_odometry =
+          ego.T_odometry_camera * camera.unproject(k.u, k.v, k.depth);
+      trails[i] = extended(before, p_odometry.cast<float>(), scale_of(k, input.pyramid));
     }
   }
   trails_ = std::move(trails);
 }
 
-ResidualCue::Trail ResidualCue::extended(const Trail& trail, const Eigen::Vector3f& p_world,
+ResidualCue::Trail ResidualCue::extended(const Trail& trail, const Eigen::Vector3f& p_odometry,
                                          float scale) {
-  if (!trail.valid) return {p_world, p_world, scale, scale, 0, true};
+  if (!trail.valid) return {p_odometry, p_odometry, scale, scale, 0, true};
   Trail next = trail;
   if (++next.age >= kBaseline) {
-    next = {trail.newer, p_world, trail.newer_scale, scale, 0, true};
+    next = {trail.newer, p_odometry, trail.newer_scale, scale, 0, true};
   }
   return next;
 }
 
 float ResidualCue::log_odds(const Trail& trail, const Keypoint& keypoint, const MotionInput& input,
-                            const Pose& T_camera_world) {
+                            const Pose& T_camera_odometry) {
   const Camera& camera = input.cells->image_camera;
-  const Eigen::Vector3d p = T_camera_world * trail.older.cast<double>();
+  const Eigen::Vector3d p = T_camera_odometry * trail.older.cast<double>();
   if (p.z() < 0.1) return kWorstLogOdds;
   const Eigen::Vector2d uv = camera.project(p);
   const ObservationNoise noise = observation_noise(camera, keypoint.depth);

@@ -8,7 +8,7 @@
 namespace stillmap {
 
 /// Residuals of depth and flow under the camera's own motion: the position of a tracked keypoint is
-/// compared with its position in the world some frames ago. With the residual e = (u, v, d) of the
+/// compared with its position some frames ago. With the residual e = (u, v, d) of the
 /// observation model (d = bf / depth, observation_noise()) and its covariance S, that of both
 /// measurements and of the camera's motion between them,
 ///
@@ -31,16 +31,16 @@ class ResidualCue : public MotionCue {
  private:
   /// Two earlier positions of a tracked keypoint, the older one at least kBaseline frames ago.
   struct Trail {
-    Eigen::Vector3f older, newer;  // world frame [m]
+    Eigen::Vector3f older, newer;  // odometry frame [m]
     float older_scale = 0;         // scale of the keypoint's pyramid level there
     float newer_scale = 0;
     std::uint16_t age = 0;  // number of frames since `newer`
     bool valid = false;
   };
 
-  static Trail extended(const Trail& trail, const Eigen::Vector3f& p_world, float scale);
+  static Trail extended(const Trail& trail, const Eigen::Vector3f& p_odometry, float scale);
   static float log_odds(const Trail& trail, const Keypoint& keypoint, const MotionInput& input,
-                        const Pose& T_camera_world);
+                        const Pose& T_camera_odometry);
 
   std::vector<Trail> trails_;  // per keypoint of the previous frame
 };

@@ -79,6 +79,16 @@ TEST(Loops, AreClosedDeterministicallyAndReduceTheError) {
   EXPECT_GT(run(options).tracked(), kFrames / 2) << "tracking continues during loop correction";
 }
 
+/// Nobody is there, so that hardly any keypoint moves, also when the world is corrected.
+TEST(Loops, DoNotMakeTheBackgroundSeemToMove) {
+  const SlamResult closed = run(small_options("fused"));
+  const auto loop = std::ranges::find(closed.events, MapEvent::Kind::kLoop, &MapEvent::kind);
+  ASSERT_NE(loop, closed.events.end());
+  ASSERT_GT(loop->meters, 0.1);
+  for (std::size_t i = loop->frame_index; i < kFrames; ++i)
+    EXPECT_LT(closed.frames[i].moving_share(), 0.15) << i;
+}
+
 /// The camera is kidnapped from the first quarter of the path to the last one, and goes on to the
 /// start.
 TEST(Maps, AreMergedWhenAPlaceOfTheOldMapIsRecognized) {

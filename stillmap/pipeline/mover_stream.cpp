@@ -32,7 +32,12 @@ std::vector<Mover> MoverStream::work(const TrackedFrame& tracked) {
   if (tracked.enters_world()) {
     detector_.restart();
     tracker_.restart();
+  } else {
+    const Pose T_corrected_world = tracked.T_odometry_world.inverse() * T_odometry_world_;
+    detector_.move(T_corrected_world);
+    tracker_.move(T_corrected_world);
   }
+  T_odometry_world_ = tracked.T_odometry_world;
   const Frame& frame = *tracked.frame;
   const MoverDetections found = detector_.detect(frame, *tracked.T_world_camera);
   statistics_.detections += found.movers.size();

@@ -70,6 +70,7 @@ class MoverStream {
   // Used by the stage's thread until finish().
   MoverDetector detector_;
   MoverTracker tracker_;
+  Pose T_odometry_world_;  // of the frame before
   MoverStatistics statistics_;
   // last: its thread uses the above; null: movers are disabled
   std::unique_ptr<Stage<TrackedFramePtr, MoversAtTime>> stage_;

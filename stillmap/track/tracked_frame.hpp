@@ -25,6 +25,9 @@ struct TrackedFrame {
   TrackState state = TrackState::kWaiting;
   std::string reason;                  ///< why there is no pose; empty if there is one
   std::optional<Pose> T_world_camera;  ///< in the world of the local map at that time
+  /// The odometry frame is the world without its corrections, by which poses jump: in it the poses
+  /// of consecutive frames continue each other.
+  Pose T_odometry_world;
   KeyframeId reference;     ///< keyframe the pose is relative to; invalid if the frame starts a map
   Pose T_reference_camera;  ///< stays valid when the map is corrected
   std::vector<LandmarkId> landmarks;  ///< matched landmark of each keypoint, or invalid

@@ -48,14 +48,6 @@ MotionPrior mean(const MotionPrior& a, const MotionPrior& b) {
   return {a.T_previous_camera * Pose::exp(step), information};
 }
 
-/// Returns a frame that starts a map.
-std::shared_ptr<TrackedFrame> starting_frame(const FramePtr& frame, const Pose& T_world_camera) {
-  auto result = without_pose(frame, TrackState::kStarted, "");
-  result->T_world_camera = T_world_camera;
-  result->proposal = KeyframeProposal{frame, KeyframeId{}, T_world_camera, result->landmarks, {}};
-  return result;
-}
-
 /// Returns the frame without its measured motion, which a wrong pose decided.
 FramePtr without_measured_motion(const Frame& frame) {
   auto relabeled = std::make_shared<Frame>(frame);
@@ -184,7 +176,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
     }
   }
   if (found) {
-    if (auto result = relocalized(frame, *found)) return result;
+    if (auto result = relocalized(frame, *found, initial)) return result;
   }
   if (initial && !extend_ && options_.tracked_by_odometry) {
     const auto odometry = track_by_odometry(model_, *frame, initial->estimate);
@@ -294,19 +286,34 @@ TrackedFramePtr Tracker::track_without_map(const FramePtr& frame,
                                            const std::optional<RelocalizationResult>& found) {
   if (start_ == TrackerStart::kNewMap && extend_) return start_map(frame, state_.T_world_previous);
   if (found) {
-    if (auto result = relocalized(frame, *found)) return result;
+    if (auto result = relocalized(frame, *found, std::nullopt)) return result;
   }
   const bool loaded = start_ != TrackerStart::kNewMap;
   return lost(frame, loaded ? "not recognized yet in the map that was loaded" : "there is no map");
 }
 
 /// Returns null, and leaves the state as it is, if the frame does not confirm the relocalization.
-TrackedFramePtr Tracker::relocalized(const FramePtr& frame, const RelocalizationResult& found) {
+TrackedFramePtr Tracker::relocalized(const FramePtr& frame, const RelocalizationResult& found,
+                                     const std::optional<InitialPose>& initial) {
   auto confirmed = track_from_relocalization(model_, found, *frame, options_.min_inliers);
   if (!confirmed) return nullptr;
   statistics_.adopt(found.local_map);
   state_ = std::move(confirmed->state);
+  if (initial) {
+    const Pose T_camera_world = confirmed->pose.estimate.T_world_camera.inverse();
+    T_odometry_world_ = T_odometry_world_ * initial->estimate.T_world_camera * T_camera_world;
+  }
   return tracked(frame, confirmed->pose, true);
+}
+
+/// Returns a frame that starts a map.
+std::shared_ptr<TrackedFrame> Tracker::starting_frame(const FramePtr& frame,
+                                                      const Pose& T_world_camera) const {
+  auto result = without_pose(frame, TrackState::kStarted, "");
+  result->T_world_camera = T_world_camera;
+  result->T_odometry_world = T_odometry_world_;
+  result->proposal = KeyframeProposal{frame, KeyframeId{}, T_world_camera, result->landmarks, {}};
+  return result;
 }
 
 /// @param T_world_camera  known best: the world of the map continues that of the previous one
@@ -465,6 +472,7 @@ std::shared_ptr<TrackedFrame> Tracker::frame_at(const FramePtr& frame,
   result->frame = frame;
   result->state = TrackState::kTracking;
   result->T_world_camera = estimate.T_world_camera;
+  result->T_odometry_world = T_odometry_world_;
   result->reference = state_.local_map->reference;
   result->T_reference_camera = reference.T_world_camera.inverse() * estimate.T_world_camera;
   result->landmarks.assign(frame->features->size(), LandmarkId{});
@@ -584,14 +592,15 @@ void Tracker::adopt(const LocalMapPtr& local_map) {
   consistency_.move(T_corrected_world);
   filter_.move(T_corrected_world);
   dead_reckoning_.move(T_corrected_world);
+  T_odometry_world_ = T_odometry_world_ * T_corrected_world.inverse();
   if (T_world_lost_) T_world_lost_ = T_corrected_world * *T_world_lost_;
   state_.T_world_previous = *pose;
 }
 
 EgoMotion Tracker::ego_motion(const Features& features, const PreviousFramePose& pose) const {
-  EgoMotion motion{pose.estimate.T_world_camera, state_.T_world_previous,
-                   std::vector<std::int32_t>(features.size(), -1),
-                   std::vector<float>(features.size(), 0.0F)};
+  EgoMotion motion{
+      T_odometry_world_ * pose.estimate.T_world_camera, T_odometry_world_ * state_.T_world_previous,
+      std::vector<std::int32_t>(features.size(), -1), std::vector<float>(features.size(), 0.0F)};
   for (const FrameMatch& m : pose.matches) {
     motion.previous[m.match.keypoint] = static_cast<std::int32_t>(m.previous);
     if (!m.match.landmark.valid()) continue;

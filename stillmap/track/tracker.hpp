@@ -135,7 +135,10 @@ class Tracker {
                          const LocalMapPose& pose);
   TrackedFramePtr track_without_map(const FramePtr& frame,
                                     const std::optional<RelocalizationResult>& found);
-  TrackedFramePtr relocalized(const FramePtr& frame, const RelocalizationResult& found);
+  TrackedFramePtr relocalized(const FramePtr& frame, const RelocalizationResult& found,
+                              const std::optional<InitialPose>& initial);
+  std::shared_ptr<TrackedFrame> starting_frame(const FramePtr& frame,
+                                               const Pose& T_world_camera) const;
   TrackedFramePtr start_map(const FramePtr& frame, const Pose& T_world_camera);
   bool started_in_motion(const Frame& frame) const;
   Pose tracked_backward(const Frame& earlier, const Pose& T_world_earlier) const;
@@ -176,6 +179,7 @@ class Tracker {
   GyroPrior gyro_;
   DeadReckoning dead_reckoning_;
   StillSurface still_surface_;
+  Pose T_odometry_world_;             // see TrackedFrame
   std::optional<Pose> T_world_lost_;  // newest pose by dead reckoning while the camera is lost
   MotionConsistency consistency_;
   TrajectoryFilter filter_;

@@ -138,9 +138,13 @@ TEST_F(TrackerTest, FollowsACorrectionOfTheMap) {
   const LocalMapPtr corrected = map_of(frame(kReference), correction);
   const auto initial = t.predict_pose(*frame(2)->features, corrected);
   ASSERT_TRUE(initial) << "the previous frame moves along";
+  const Pose T_reference_odometry = true_pose(kReference);
+  expect_pose(T_reference_odometry * initial->motion.T_odometry_previous, 1);
+  expect_pose(T_reference_odometry * initial->motion.T_odometry_camera, 2);
   const auto tracked = t.track(frame(2), initial, corrected);
   ASSERT_EQ(tracked->state, TrackState::kTracking);
   expect_pose(true_pose(kReference) * correction.inverse() * *tracked->T_world_camera, 2);
+  expect_pose(T_reference_odometry * tracked->T_odometry_world * *tracked->T_world_camera, 2);
 }
 
 TEST_F(TrackerTest, StartsANewMapWhereTheOldOneWasLost) {
