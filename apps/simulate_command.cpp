@@ -150,6 +150,9 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->excludes(height);
   command->add_option("--seed", o.seed, "seed of scene, hand shake and noise")
       ->capture_default_str();
+  command->add_option("--shake", o.shake, "factor on the shake of the hand; 0: a tripod")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   command->add_option("--speed", o.speed, "factor on the speed of the camera motion")
       ->capture_default_str();
   command->add_option("--exposures", o.exposures, "images averaged for motion blur; 1: no blur")
