@@ -50,6 +50,25 @@ TEST(Companion, MakesPosesUncertainWithoutMasks) {
   EXPECT_TRUE(error_of(result) < 0.02 || 5 * uncertain > 60) << "a wrong path without a doubt";
 }
 
+/// Two people wave close to a camera on a tripod.
+TEST(Companion, DoesNotMoveACameraAtRest) {
+  const SimulatedSequence tripod({.people = 2,
+                                  .activity = "wave",
+                                  .camera = "static",
+                                  .frames = 60,
+                                  .width = 320,
+                                  .height = 240,
+                                  .shake = 0});
+  SlamSystem slam(tripod.camera(), recorded::small_options("fused"));
+  for (std::size_t i = 0; i < tripod.frames(); ++i) {
+    const auto returned = slam.push(tripod.frame(i));
+    ASSERT_TRUE(returned) << i;
+    EXPECT_LT(returned->translation().norm(), 1e-3) << i << ": meters from the first pose";
+  }
+  for (const StampedPose& pose : slam.finish().trajectory)
+    EXPECT_LT(pose.T_world_camera.translation().norm(), 1e-3) << pose.timestamp;
+}
+
 TEST(Companion, IsNotFollowedIfWheelsGiveTheMotion) {
   const SlamResult result = result_with(nullptr, true);
   EXPECT_EQ(result.trajectory.size(), following()->frames());

@@ -69,6 +69,10 @@ constexpr int kYoungMapFrames = 40;
 /// Fewer moving keypoints than kLeastFalseShare do not matter [0..1].
 constexpr double kLeastFalseShare = 0.2, kFalseMotionGain = 1.3, kFalseMotionSigma = 0.6;
 
+/// Share of the keypoints that show landmarks from which a camera at rest needs no more keyframes
+/// [0..1].
+constexpr double kEnoughAtRest = 0.5;
+
 /// Least share of the landmarks in view that agree with the pose of a camera that was lost, as for
 /// loops [0..1].
 constexpr double kLeastFoundShare = 0.25;
@@ -145,11 +149,22 @@ std::optional<InitialPose> Tracker::predict_pose(const Features& features,
   if (!local_map || !state_.previous) return std::nullopt;
   if (local_map != state_.local_map) adopt(local_map);
   if (frames_lost_ > 0) return std::nullopt;
+  note_rest(features);
   auto pose =
       track_previous_frame(model_, state_, features, weights, options_.previous_frame_points);
   if (!pose) return std::nullopt;
   EgoMotion motion = ego_motion(features, *pose);
   return InitialPose{std::move(pose->estimate), std::move(motion)};
+}
+
+/// Takes the pose of a camera at rest as the prior of its motion, in place of that by IMU or
+/// wheels.
+void Tracker::note_rest(const Features& features) {
+  const auto rest = rest_.pose(model_, features, *state_.local_map);
+  state_.at_rest = rest.has_value();
+  if (!rest) return;
+  state_.motion_prior =
+      MotionPrior{state_.T_world_previous.inverse() * rest->T_world_camera, rest->information};
 }
 
 TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<InitialPose>& initial,
@@ -160,6 +175,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
   if (local_map != state_.local_map) adopt(local_map);
   if (initial && started_in_motion(*frame)) return restart_map(frame, *initial);
 
+  if (frames_lost_ > 0) note_rest(*frame->features);
   if (const auto pose = pose_of_lost(frame)) return tracked(frame, *pose, false);
   const std::optional<PoseEstimate> first =
       initial ? initial->estimate
@@ -248,12 +264,19 @@ std::optional<Tracker::Relabeled> Tracker::pose_without_motion(const Frame& fram
 /// Returns the pose of a lost camera from the landmarks near its pose by IMU or wheels. What covers
 /// most of them would decide the poses of the next frames, so that there is none until it is gone.
 std::optional<LocalMapPose> Tracker::pose_of_lost(const FramePtr& frame) const {
-  const auto predicted = frames_lost_ > 0 ? dead_reckoning_.pose() : std::nullopt;
-  if (!predicted || is_occluded(model_, *state_.local_map, predicted->T_world_camera, *frame))
+  if (frames_lost_ == 0) return std::nullopt;
+  // Otherwise the images decide alone: wheels that slip unnoticed would have them confirm a wrong
+  // pose.
+  const auto rest = state_.at_rest ? state_.prior() : std::nullopt;
+  std::optional<Pose> expected_pose;
+  if (rest)
+    expected_pose = rest->T_world_camera;
+  else if (const auto predicted = dead_reckoning_.pose())
+    expected_pose = predicted->T_world_camera;
+  if (!expected_pose || is_occluded(model_, *state_.local_map, *expected_pose, *frame))
     return std::nullopt;
-  // The images decide alone: wheels that slip unnoticed would have them confirm a wrong pose.
-  auto pose = refine_in_local_map(model_, *state_.local_map, *frame,
-                                  {predicted->T_world_camera, {}}, options_.min_inliers, false);
+  auto pose = refine_in_local_map(model_, *state_.local_map, *frame, {*expected_pose, {}},
+                                  options_.min_inliers, false, rest);
   if (!pose) return std::nullopt;
   const auto expected = std::count(pose->expected.begin(), pose->expected.end(), 1);
   const bool agrees =
@@ -299,6 +322,7 @@ TrackedFramePtr Tracker::relocalized(const FramePtr& frame, const Relocalization
   if (!confirmed) return nullptr;
   statistics_.adopt(found.local_map);
   state_ = std::move(confirmed->state);
+  rest_ = {};
   if (initial) {
     const Pose T_camera_world = confirmed->pose.estimate.T_world_camera.inverse();
     T_odometry_world_ = T_odometry_world_ * initial->estimate.T_world_camera * T_camera_world;
@@ -375,9 +399,9 @@ TrackedFramePtr Tracker::restart_map(const FramePtr& frame, const InitialPose& i
   return result;
 }
 
-/// Returns whether a pose agrees with the motion of the wheels.
+/// Returns whether a pose agrees with the motion of the wheels, or with a camera at rest.
 bool Tracker::is_confirmed(const PoseEstimate& estimate) const {
-  return dead_reckoning_.by_wheels() && !estimate.contradicts_prior;
+  return (dead_reckoning_.by_wheels() || state_.at_rest) && !estimate.contradicts_prior;
 }
 
 /// Returns T_first_frame, the motion since the first frame of the map, if that was started on
@@ -406,6 +430,7 @@ void Tracker::begin_map(const FramePtr& frame, const TrackedFramePtr& first,
   state_.T_previous_next = T_previous_next;
   state_.twist.setZero();
   frames_in_map_ = 1;
+  rest_.add(*first);
   consistency_.reset();
   filter_.reset();
   start_verification_.begin(frame, state_.T_world_previous);
@@ -415,7 +440,7 @@ void Tracker::begin_map(const FramePtr& frame, const TrackedFramePtr& first,
 TrackedFramePtr Tracker::lost(const FramePtr& frame, const std::string& reason) {
   ++frames_lost_;
   if (const auto predicted = dead_reckoning_.pose()) return lost_at(frame, reason, *predicted);
-  if (extend_ &&
+  if (extend_ && !rest_.may_last(frame->timestamp()) &&
       new_map_policy_.wants_map(model_, state_.local_map, state_.T_world_previous, *frame)) {
     return start_map(frame, T_world_lost_.value_or(state_.T_world_previous));
   }
@@ -500,7 +525,11 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   frames_in_map_ = relocalized ? std::max(kMinMapFrames, kYoungMapFrames) : frames_in_map_ + 1;
 
   const std::size_t newest = std::max(last_proposed_, local_map.made_for_frame);
-  if (!result->contradicts_motion &&
+  // Another keyframe of the same view would tell nothing new, and its pose would not be as exact.
+  const bool known_view =
+      state_.at_rest &&
+      result->inliers >= kEnoughAtRest * static_cast<double>(frame->features->size());
+  if (!result->contradicts_motion && !known_view &&
       keyframe_policy_.wants_keyframe(*frame, pose.estimate.T_world_camera, result->landmarks,
                                       local_map, frame->index() - newest)) {
     result->proposal = KeyframeProposal{frame, result->reference, result->T_reference_camera,
@@ -511,6 +540,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
     }
     last_proposed_ = frame->index();
   }
+  rest_.add(*result);
   state_.odometry_points.clear();
   set_previous(result);
   return result;

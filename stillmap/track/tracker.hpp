@@ -13,6 +13,7 @@
 #include "stillmap/track/pose_estimate.hpp"
 #include "stillmap/track/previous_frame_tracking.hpp"
 #include "stillmap/track/repeated_landmarks.hpp"
+#include "stillmap/track/rest_detector.hpp"
 #include "stillmap/track/shutter_calibration.hpp"
 #include "stillmap/track/start_verification.hpp"
 #include "stillmap/track/still_surface.hpp"
@@ -159,6 +160,7 @@ class Tracker {
   std::shared_ptr<TrackedFrame> frame_at(const FramePtr& frame, const PoseEstimate& estimate) const;
   void note_prediction(TrackedFrame& tracked) const;
   std::optional<Pose> motion_since_previous(const Pose& T_world_camera) const;
+  void note_rest(const Features& features);
   EgoMotion ego_motion(const Features& features, const PreviousFramePose& pose) const;
   void judge(TrackedFrame& tracked);
   void end_loss();
@@ -179,6 +181,7 @@ class Tracker {
   GyroPrior gyro_;
   DeadReckoning dead_reckoning_;
   StillSurface still_surface_;
+  RestDetector rest_;
   Pose T_odometry_world_;             // see TrackedFrame
   std::optional<Pose> T_world_lost_;  // newest pose by dead reckoning while the camera is lost
   MotionConsistency consistency_;

@@ -27,6 +27,7 @@ struct TrackerState {
   Eigen::Matrix<double, 6, 1> twist =
       Eigen::Matrix<double, 6, 1>::Zero();  ///< velocity of the camera in its frame [m/s, rad/s]
   std::optional<MotionPrior> motion_prior;  ///< none without IMU and wheels
+  bool at_rest = false;  ///< Whether the newest frame shows the camera at rest: see RestDetector.
   /// Per keypoint of `previous` if that was tracked by odometry, else empty: world position [m] at
   /// which its point was first observed. So errors accumulate per point and not per frame.
   std::vector<std::optional<Eigen::Vector3d>> odometry_points;

@@ -164,6 +164,29 @@ TEST_F(TrackerTest, StartsANewMapWhereTheOldOneWasLost) {
   EXPECT_EQ(started->proposal->abandoned, map->reference) << "after two frames it is not kept";
 }
 
+/// What covers the view of a camera at rest uncovers the same.
+TEST_F(TrackerTest, StartsNoMapWhileTheViewOfACameraAtRestIsCovered) {
+  TrackerOptions options;
+  options.new_map.patience = 2;
+  Tracker t = tracker(TrackerStart::kNewMap, options);
+  push(t, frame(0), nullptr);
+  const LocalMapPtr map = started_map();
+  const auto again = [&](const FramePtr& shown, std::size_t index) {
+    auto image = std::make_shared<RgbdFrame>(*shown->image);
+    image->index = index;
+    image->timestamp = static_cast<double>(index) / sequence().camera().fps;
+    auto same = std::make_shared<Frame>(*shown);
+    same->image = image;
+    return same;
+  };
+  for (std::size_t i = 1; i < 5; ++i) push(t, again(frame(0), i), map);
+  for (std::size_t i = 5; i < 40; ++i)
+    EXPECT_EQ(push(t, again(elsewhere(0), i), map)->state, TrackState::kLost) << i;
+  const auto uncovered = push(t, again(frame(0), 40), map);
+  ASSERT_EQ(uncovered->state, TrackState::kTracking);
+  expect_pose(from_first_camera(uncovered), 0, 1e-3, 1e-3);
+}
+
 TEST_F(TrackerTest, StartsNoMapWhileANearSurfaceOccludesTheCamera) {
   TrackerOptions options;
   options.new_map.patience = 2;
