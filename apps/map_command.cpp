@@ -106,7 +106,8 @@ std::string alignment_text(const std::vector<KnownPoint>& points, const SiteAlig
       fmt::format("{:<20}{:>12}{:>26}\n", "point", "error [mm]", "error by the others [mm]");
   double squares = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const bool checked = i < alignment.errors_of_others.size();
+    const bool checked =
+        i < alignment.errors_of_others.size() && !std::isnan(alignment.errors_of_others[i]);
     text +=
         fmt::format("{:<20}{:>12.1f}{:>26}\n", points[i].name, 1000 * alignment.errors[i],
                     checked ? fmt::format("{:.1f}", 1000 * alignment.errors_of_others[i]) : "-");

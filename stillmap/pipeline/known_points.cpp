@@ -133,7 +133,7 @@ Eigen::Vector3d point_at_pixel(double time, const Eigen::Vector2d& pixel, const 
   const double depth = depth_at(view->view, pixel);
   if (depth == 0)
     throw Error(fmt::format("pixel ({:g}, {:g}) shows no surface", pixel.x(), pixel.y()), where,
-                "use a pixel with depth, away from edges and moving things");
+                "use a pixel with depth, away from edges and moving things, or another keyframe");
   const Camera& camera = view->view.camera;
   return keyframe.T_world_camera * view->T_anchor_camera *
          camera.unproject(pixel.x() / view->view.stride, pixel.y() / view->view.stride, depth);

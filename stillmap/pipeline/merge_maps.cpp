@@ -309,6 +309,28 @@ std::string worlds_text(const MergedMap& merged) {
   return text;
 }
 
+/// Returns the names of the maps whose keyframes are in each component.
+std::map<std::uint32_t, std::vector<std::string>> maps_by_component(const MergedMap& merged) {
+  std::map<std::uint32_t, std::set<std::ptrdiff_t>> maps;  // positions in `names`
+  const auto& firsts = merged.first_sessions;
+  for (const Keyframe& k : merged.saved.map.keyframes)
+    maps[k.component].insert(std::ranges::upper_bound(firsts, k.session) - firsts.begin() - 1);
+  std::map<std::uint32_t, std::vector<std::string>> names;
+  for (const auto& [component, positions] : maps) {
+    for (const std::ptrdiff_t position : positions)
+      names[component].push_back(merged.names[static_cast<std::size_t>(position)]);
+  }
+  return names;
+}
+
+/// Returns a line for each component.
+std::string components_text(const MergedMap& merged) {
+  std::string text;
+  for (const auto& [component, maps] : maps_by_component(merged))
+    text += fmt::format("component {}: keyframes of {}\n", component, fmt::join(maps, ", "));
+  return text;
+}
+
 }  // namespace
 
 std::vector<NamedMap> read_named_maps(const std::vector<std::filesystem::path>& files,
@@ -362,7 +384,9 @@ MergedMap merge_maps(std::vector<NamedMap> maps, const SlamParameters& options,
 }
 
 std::string merge_text(const MergedMap& merged) {
-  const std::string text = merged.names.size() > kGroup ? worlds_text(merged) : pairs_text(merged);
+  const std::string text = merged.names.size() > kGroup
+                               ? worlds_text(merged)
+                               : pairs_text(merged) + components_text(merged);
   return text + fmt::format(
                     "erased: {} of several maps, {} redundant ones\n"
                     "component 0 is in the world of {}\n",
@@ -375,7 +399,10 @@ nlohmann::json merge_json(const MergedMap& merged) {
                          {"world", merged.names.front()},
                          {"repeated_keyframes", merged.repeated},
                          {"redundant_keyframes", merged.redundant},
+                         {"components", nlohmann::json::object()},
                          {"pairs", nlohmann::json::array()}};
+  for (const auto& [component, maps] : maps_by_component(merged))
+    json["components"][std::to_string(component)] = maps;
   for (const MapPair& pair : merged.pairs) {
     json["pairs"].push_back({{"a", merged.names[pair.a]},
                              {"b", merged.names[pair.b]},

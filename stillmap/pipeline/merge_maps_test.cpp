@@ -96,6 +96,13 @@ TEST(MergeMaps, MapsOfDifferentPlacesStayApartAndTheReasonIsGiven) {
   EXPECT_NE(map.pairs[0].reason, "");
   EXPECT_THAT(merge_text(map), ::testing::HasSubstr("not connected: " + map.pairs[0].reason));
   EXPECT_EQ(merge_json(map)["pairs"][0]["connected"], false);
+  ASSERT_EQ(map.names.size(), 2U);
+  for (const auto& [component, name] :
+       {std::pair("0", map.names[0]), std::pair("1", map.names[1])}) {
+    EXPECT_EQ(merge_json(map)["components"][component], nlohmann::json({name}));
+    EXPECT_THAT(merge_text(map), ::testing::HasSubstr(std::string("component ") + component +
+                                                      ": keyframes of " + name + "\n"));
+  }
 }
 
 TEST(MergeMaps, MergedMapsAreMergedAgainAndCommonKeyframesKeptOnce) {

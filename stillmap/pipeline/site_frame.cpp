@@ -103,15 +103,39 @@ void require_alignable(const std::vector<KnownPoint>& points) {
       kWhere, "give both in meters, and check which point is which");
 }
 
+/// Returns the distance of a point from where the others have it; NaN if they lie on a line.
+double error_by_others(const std::vector<KnownPoint>& points, std::size_t index) {
+  const Columns others = columns_of(points, index);
+  if (std::min(width_of(others.map), width_of(others.site)) < kSmallestWidth)
+    return std::numeric_limits<double>::quiet_NaN();
+  const Pose T_site_map = align_points(others.site, others.map);
+  return (points[index].p_site - T_site_map * points[index].p_map).norm();
+}
+
+/// Returns the largest error of a point of which the others say where it should be (of three
+/// points: of all). The geometric mean of its errors in the alignment with it and in that without
+/// it: its error over the square root of its redundancy (Baarda 1968). So one by which the rotation
+/// stands or falls is not blamed for the errors of the others.
+double worst_error(const SiteAlignment& alignment) {
+  if (alignment.errors_of_others.empty()) return std::ranges::max(alignment.errors);
+  double worst = 0;
+  for (std::size_t i = 0; i < alignment.errors.size(); ++i) {
+    const double by_others = alignment.errors_of_others[i];
+    if (!std::isnan(by_others)) worst = std::max(worst, std::sqrt(alignment.errors[i] * by_others));
+  }
+  return worst;
+}
+
 /// Returns SiteAlignment::contradiction.
 std::string contradiction_of(const std::vector<KnownPoint>& points,
-                             const std::vector<double>& errors) {
-  const double worst = std::ranges::max(errors);
+                             const SiteAlignment& alignment) {
+  const double worst = worst_error(alignment);
   if (worst <= largest_error(columns_of(points, points.size()))) return {};
-  if (const KnownPoint* outlier = outlier_of(points))
+  if (const KnownPoint* outlier = outlier_of(points)) {
+    const auto index = static_cast<std::size_t>(outlier - points.data());
     return fmt::format("{} is {:.0f} mm from where the other points have it: check its coordinates",
-                       outlier->name,
-                       1000 * errors[static_cast<std::size_t>(outlier - points.data())]);
+                       outlier->name, 1000 * alignment.errors_of_others[index]);
+  }
   return fmt::format(
       "the points contradict each other by up to {:.0f} mm: check which point is which, and that "
       "the axes of the site are right-handed",
@@ -136,14 +160,10 @@ SiteAlignment align_to_site(const std::vector<KnownPoint>& points) {
   alignment.errors = errors_of(all, alignment.T_site_map);
   if (points.size() > 3) {
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const Columns others = columns_of(points, i);
-      const Pose T_site_map = align_points(others.site, others.map);
-      alignment.errors_of_others.push_back(
-          (points[i].p_site - T_site_map * points[i].p_map).norm());
+      alignment.errors_of_others.push_back(error_by_others(points, i));
     }
   }
-  alignment.contradiction = contradiction_of(
-      points, alignment.errors_of_others.empty() ? alignment.errors : alignment.errors_of_others);
+  alignment.contradiction = contradiction_of(points, alignment);
   return alignment;
 }
 

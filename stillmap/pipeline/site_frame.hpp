@@ -17,11 +17,12 @@ bool is_at_site(const MapContent& map, std::uint32_t component);
 struct SiteAlignment {
   Pose T_site_map;
   std::vector<double> errors = {};  ///< Distance of each point from its place at the site [m].
-  /// The same by an alignment without the point itself; empty for fewer than four points.
+  /// The same by an alignment without the point itself, NaN if the others lie on a line; empty for
+  /// fewer than four points.
   std::vector<double> errors_of_others = {};
-  /// Why it is probably wrong: some points are farther than 0.1 m, and than 5 % of the extent of
-  /// the points, from where the others (of three points: all) have them; with the name of the point
-  /// without which the others fit. Empty if it is not.
+  /// Why it is probably wrong: a point is farther than 0.1 m, and than 5 % of the extent of the
+  /// points, from its place (the geometric mean of both errors; of three points the first one);
+  /// with the name of the point without which the others fit. Empty if it is not.
   std::string contradiction = {};
 };
 

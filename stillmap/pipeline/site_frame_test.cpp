@@ -7,6 +7,8 @@
 #include "stillmap/feature/tag_corners.hpp"
 #include "stillmap/pipeline/saved_views.hpp"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -80,6 +82,21 @@ TEST(SiteFrame, ExactPointsGiveTheExactPose) {
   EXPECT_LT(alignment.T_site_map.quaternion().angularDistance(kSiteMap.quaternion()), 1e-9);
   ASSERT_EQ(alignment.errors.size(), 4U);
   for (const double error : alignment.errors) EXPECT_LT(error, 1e-9);
+}
+
+/// A survey that has two of three places twice.
+TEST(SiteFrame, APointThatTheOthersDoNotCheckIsNoContradiction) {
+  const double d = 0.005;  // errors of the points in the map [m]
+  const std::vector<Eigen::Vector3d> site = {{0, 0, 0}, {4, 0, 0}, {2, 4, 0}, {0, 0, 0}, {4, 0, 0}};
+  const std::vector<Eigen::Vector3d> errors = {
+      {0, d, 0}, {0, 0, d}, {d, 0, d}, {0, -d, d}, {0, d, -d}};
+  std::vector<KnownPoint> points;
+  for (std::size_t i = 0; i < site.size(); ++i)
+    points.push_back({std::to_string(i), site[i] + errors[i], kSiteMap * site[i]});
+  const SiteAlignment alignment = align_to_site(points);
+  EXPECT_TRUE(std::isnan(alignment.errors_of_others[2])) << "without it the rotation is unknown";
+  EXPECT_LT(alignment.errors_of_others[0], 0.05);
+  EXPECT_EQ(alignment.contradiction, "");
 }
 
 TEST(SiteFrame, AWrongPointIsFoundByTheOthers) {
