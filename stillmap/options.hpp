@@ -117,13 +117,15 @@ struct Options {
     /// landmarks of the reference keyframe that three keyframes observe, not two), far-landmarks
     /// (landmarks are created from depths up to twice as far), odometry (tracking continues by
     /// visual odometry outside a map that is not extended), gyroscope (rotations by the gyroscope
-    /// of the camera's IMU support poses, if it has one) and dead-reckoning (IMU and wheels give
-    /// the pose of a lost camera).
-    std::vector<std::string> extensions = {
-        "subpixel",      "foreground-depth", "sensor-noise", "previous-frame-points",
-        "exposure",      "occlusion",        "consistency",  "sharp-keyframes",
-        "three-views",   "far-landmarks",    "odometry",     "gyroscope",
-        "dead-reckoning"};
+    /// of the camera's IMU support poses, if it has one), dead-reckoning (IMU and wheels give the
+    /// pose of a lost camera) and rest (a camera on a tripod keeps its pose).
+    std::vector<std::string> extensions = {"subpixel",       "foreground-depth",
+                                           "sensor-noise",   "previous-frame-points",
+                                           "exposure",       "occlusion",
+                                           "consistency",    "sharp-keyframes",
+                                           "three-views",    "far-landmarks",
+                                           "odometry",       "gyroscope",
+                                           "dead-reckoning", "rest"};
     /// Number of frames without a pose after which a new map is started.
     int new_map_after = 10;  // [frames]
     /// Minimum number of frames between two keyframes.

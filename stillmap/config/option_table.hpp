@@ -222,11 +222,12 @@ void visit_tracking_options(Group& tracking, const Visitor& visit) {
        "the landmarks of the reference keyframe that three keyframes observe, not two), "
        "far-landmarks (landmarks are created from depths up to twice as far), odometry (tracking "
        "continues by visual odometry outside a map that is not extended), gyroscope (rotations "
-       "by the gyroscope of the camera's IMU support poses, if it has one) and dead-reckoning "
-       "(IMU and wheels give the pose of a lost camera).",
+       "by the gyroscope of the camera's IMU support poses, if it has one), dead-reckoning "
+       "(IMU and wheels give the pose of a lost camera) and rest (a camera on a tripod keeps its "
+       "pose).",
        {"subpixel", "foreground-depth", "sensor-noise", "previous-frame-points", "exposure",
         "occlusion", "consistency", "sharp-keyframes", "three-views", "far-landmarks", "odometry",
-        "gyroscope", "dead-reckoning"}},
+        "gyroscope", "dead-reckoning", "rest"}},
       tracking.extensions);
   visit({"tracking.new_map_after",
          "frames",

@@ -102,6 +102,7 @@ void set_extensions(const std::vector<std::string>& names, SlamParameters& to) {
   to.tracker.tracked_by_odometry = has("odometry");
   to.tracker.gyroscope = has("gyroscope");
   to.tracker.dead_reckoning = has("dead-reckoning");
+  to.tracker.rest = has("rest");
 }
 
 void set_map(const Options::Map& from, SlamParameters& to) {

@@ -160,6 +160,7 @@ std::optional<InitialPose> Tracker::predict_pose(const Features& features,
 /// Takes the pose of a camera at rest as the prior of its motion, in place of that by IMU or
 /// wheels.
 void Tracker::note_rest(const Features& features) {
+  if (!options_.rest) return;
   const auto rest = rest_.pose(model_, features, *state_.local_map);
   state_.at_rest = rest.has_value();
   if (!rest) return;

@@ -51,6 +51,8 @@ struct TrackerOptions {
   bool gyroscope = true;
   /// Whether IMU and wheels give the pose of a lost camera: see DeadReckoning.
   bool dead_reckoning = true;
+  /// Whether a camera at rest keeps its pose: see RestDetector.
+  bool rest = true;
   /// Whether poses are checked against the motion before them: see MotionConsistency.
   bool consistency_test = true;
   LandmarkStatisticsOptions statistics;
