@@ -76,6 +76,22 @@ TEST(MapChanges, TheObjectsThatChangedAreFoundAndNoOthers) {
   EXPECT_EQ(changes_cloud(found).size(), points);
 }
 
+/// The old and the new place of the sofa overlap, and at its new place it hides half of the shelf.
+TEST(MapChanges, PiecesOfWhichAPartIsSeenAreToldAsMoved) {
+  const Boxes first = boxes_of(&Rearrangement::first), second = boxes_of(&Rearrangement::second);
+  const MapChanges found = changes("round", "rearranged round");
+  const std::string& world = found.world;
+  std::set<std::pair<std::string, std::string>> moved;
+  for (const auto& [before, after] : found.changes) {
+    if (before && after)
+      moved.emplace(piece_at(*before, world, first), piece_at(*after, world, second));
+  }
+  EXPECT_THAT(moved,
+              testing::IsSupersetOf({std::pair("sofa", "sofa"), std::pair("shelf", "shelf")}))
+      << changes_text(found);
+  for (const auto& [before, after] : moved) EXPECT_EQ(before, after);
+}
+
 TEST(MapChanges, OfAMapThatExtendsTheOtherAreThoseOfItsOwnVisit) {
   const auto extended = [](const SavedMap& map, const char* visit) {
     return visits::run(visits::visit(visit), StartingMap{map, true}).map;

@@ -37,6 +37,10 @@ inline std::shared_ptr<const SimulatedSequence> sequence_of(const std::string& n
     options.speed = 0.8, options.shake = 4, options.focal = 375;
     options.width = 400, options.height = 300;
   }
+  if (name == "round" || name == "rearranged round") {
+    options.camera = "loop", options.frames = 300, options.fps = 15, options.speed = 2.4;
+    if (name == "rearranged round") options.visit = 2;
+  }
   if (name == "yard" || name == "twin yard") {
     options.scene = "yard", options.camera = "trolley", options.frames = 60, options.fps = 10;
     if (name == "twin yard") options.seed = 2;
@@ -51,7 +55,8 @@ inline std::shared_ptr<const SimulatedSequence> sequence_of(const std::string& n
 /// @param name  xyz, slower (nearly the same path), longer (nearly the same path, by a camera of
 /// larger images and focal length), rearranged (as slower, when some furniture has been moved), rpy
 /// (the same place), corner (another place), loop (around the room), halfsphere (much of the room
-/// from farther away), yard, twin yard (with equal walls and containers of other texture)
+/// from farther away), round, rearranged round (all around it), yard, twin yard (with equal walls
+/// and containers of other texture)
 inline const Visit& visit(const std::string& name) {
   static std::map<std::string, Visit> made;
   Visit& v = made[name];
