@@ -117,6 +117,15 @@ std::string alignment_text(const std::vector<KnownPoint>& points, const SiteAlig
                             1000 * std::sqrt(squares / static_cast<double>(points.size())));
 }
 
+/// Reads the known points of a map, and tells which tags it does not contain.
+std::vector<KnownPoint> known_points(const MapArguments& arguments, const SavedMap& saved,
+                                     const std::optional<SitePlan>& plan = {}) {
+  std::vector<std::string> unseen;
+  std::vector<KnownPoint> points = read_known_points(arguments.points, saved, plan, &unseen);
+  if (!unseen.empty()) print_out("not in the map: {}\n", fmt::join(unseen, ", "));
+  return points;
+}
+
 /// Returns the views of a saved map, with the options of its run.
 PlacedMap placed_map(const MapArguments& arguments, const SavedMap& saved) {
   require_views(saved, arguments.file);
@@ -156,7 +165,7 @@ int align_with_plan(const MapArguments& arguments) {
   cv::Mat3b image = read_plan_image(arguments.plan);
   const SitePlan plan{*arguments.scale, image.rows, image.cols};
   SavedMap saved = read_saved_map(arguments.file);
-  const std::vector<KnownPoint> points = read_known_points(arguments.points, saved, plan);
+  const std::vector<KnownPoint> points = known_points(arguments, saved, plan);
   SearchedFloor floor = search_floor(placed_map(arguments, saved), {});
   if (!floor.finding.floor)
     throw Error("the floor is unknown: " + floor.finding.reason, arguments.file,
@@ -176,7 +185,7 @@ int align(const MapArguments& arguments) {
   if (!arguments.force) require_no_input(arguments.out, {arguments.file});
   if (!arguments.plan.empty()) return align_with_plan(arguments);
   SavedMap saved = read_saved_map(arguments.file);
-  const std::vector<KnownPoint> points = read_known_points(arguments.points, saved);
+  const std::vector<KnownPoint> points = known_points(arguments, saved);
   return write_aligned(arguments, points, align_to_site(points), saved);
 }
 

@@ -80,6 +80,13 @@ Eigen::Vector3d tag_center(const std::string& name, const TagCenters& tags,
   return tag->second;
 }
 
+/// Returns whether a name is that of a tag: of a known family, with a number.
+bool is_tag_name(const std::string& name) {
+  const std::size_t colon = name.find(':');
+  return colon != std::string::npos && number_of(name.substr(colon + 1)) &&
+         std::ranges::count(tag_family_names(), name.substr(0, colon)) > 0;
+}
+
 /// Returns the only keyframe of a time in the main component.
 const Keyframe& keyframe_at(double time, const SavedMap& saved, const std::string& where) {
   constexpr double kSameTime = 0.001;  // [s]
@@ -206,7 +213,9 @@ TagCenters tag_centers(const MapContent& map, std::uint32_t component) {
 }
 
 std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const SavedMap& saved,
-                                          const std::optional<SitePlan>& plan) {
+                                          const std::optional<SitePlan>& plan,
+                                          std::vector<std::string>* unseen_tags) {
+  const TagCenters tags = tag_centers(saved.map, main_component(saved));
   std::istringstream lines(as_utf8(read_file(file)));
   std::vector<KnownPoint> points;
   std::size_t number = 0;
@@ -219,6 +228,10 @@ std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, con
           return number_of(word).has_value();
         }))
       throw Error("is a heading", where, "remove it, or begin it with #");
+    if (unseen_tags != nullptr && is_tag_name(words.front()) && !tags.contains(words.front())) {
+      unseen_tags->push_back(words.front());
+      continue;
+    }
     points.push_back(point_of(words, saved, plan, where));
     if (std::ranges::count(points, points.back().name, &KnownPoint::name) > 1)
       throw Error("names '" + points.back().name + "' again", where, "name each point once");

@@ -50,7 +50,10 @@ struct SitePlan {
 /// without depth, points more than 5 m from all landmarks or outside the plan, names that are there
 /// twice, and for coordinates beyond 10 km, which the single precision of point clouds resolves to
 /// 1 mm.
+/// @param unseen_tags  gets the tags that the map does not contain, as one survey serves many maps;
+///                     null: they are an error
 std::vector<KnownPoint> read_known_points(const std::filesystem::path& file, const SavedMap& saved,
-                                          const std::optional<SitePlan>& plan = {});
+                                          const std::optional<SitePlan>& plan = {},
+                                          std::vector<std::string>* unseen_tags = nullptr);
 
 }  // namespace stillmap

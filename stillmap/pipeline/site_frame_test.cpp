@@ -204,6 +204,12 @@ TEST(SiteFrame, KnownPointsAreReadFromText) {
   };
   EXPECT_THAT(error_with("b,0,0,0,0,0"), HasSubstr(":2: has 6 values"));
   EXPECT_THAT(error_with("tag36h11:8,1,2,3"), HasSubstr("it has tag36h11:7"));
+  std::vector<std::string> unseen;
+  EXPECT_EQ(read_known_points(file, map_with_tag(), {}, &unseen).size(), 1U) << "the point a";
+  EXPECT_EQ(unseen, std::vector<std::string>{"tag36h11:8"});
+  write_file(file, "tag36h12:8,1,2,3\n");
+  EXPECT_THAT(error_of([&] { read_known_points(file, map_with_tag(), {}, &unseen); }),
+              HasSubstr("no tag 'tag36h12:8'"));
   EXPECT_THAT(error_with("tag36h11:7,1,2,z"), HasSubstr("'z' is no number"));
   EXPECT_THAT(error_with("a,0,0,0,1,0,0"), HasSubstr("names 'a' again"));
   EXPECT_THAT(error_with("b,0,0,x,0,0,0"), HasSubstr("'x' is no number"));
