@@ -84,8 +84,8 @@ Matrix6d information_of(const Camera& camera, const Features& features) {
 
 }  // namespace
 
-bool are_of_one_pose(const TrackingModel& model, const Features& a, const Features& b,
-                     bool all_over) {
+PoseComparison compare_poses(const TrackingModel& model, const Features& a, const Features& b,
+                             bool all_over) {
   struct Region {
     int keypoints = 0, still = 0;
   };
@@ -101,17 +101,17 @@ bool are_of_one_pose(const TrackingModel& model, const Features& a, const Featur
     lengths.push_back(std::hypot(moved->x, moved->y));
     region.still += lengths.back() < 1;
   }
-  if (lengths.size() < kFewest || std::hypot(median(du), median(dv)) > kMaxMedian ||
-      median(lengths) > kMaxLength)
-    return false;
+  if (lengths.size() < kFewest) return PoseComparison::kUnknown;
+  if (std::hypot(median(du), median(dv)) > kMaxMedian || median(lengths) > kMaxLength)
+    return PoseComparison::kOther;
   int counted = 0, still = 0;
-  if (!all_over) return true;
+  if (!all_over) return PoseComparison::kSame;
   for (const Region& region : regions) {
     if (region.keypoints < kKeypointsOfRegion) continue;
     ++counted;
     still += region.still >= kStillShare * region.keypoints;
   }
-  return still >= kLeastStill * counted;
+  return still >= kLeastStill * counted ? PoseComparison::kSame : PoseComparison::kUnknown;
 }
 
 std::optional<PosePrior> RestDetector::pose(const TrackingModel& model, const Features& features,
@@ -120,12 +120,16 @@ std::optional<PosePrior> RestDetector::pose(const TrackingModel& model, const Fe
     start_->reference = local_map.reference;
     earlier_.push_back(*std::exchange(start_, std::nullopt));
   }
-  const auto is_here = [&](const View& view, bool all_over) {
-    return local_map.find(view.reference) != nullptr &&
-           are_of_one_pose(model, features, *view.features, all_over);
+  const auto compared = [&](const View& view, bool all_over) {
+    return local_map.find(view.reference) == nullptr
+               ? PoseComparison::kUnknown
+               : compare_poses(model, features, *view.features, all_over);
   };
-  at_rest_ = rest_ && is_here(*rest_, false);
-  if (!at_rest_ && !earlier_.empty() && is_here(earlier_.front(), true)) {
+  const auto with_rest = rest_ ? compared(*rest_, false) : PoseComparison::kUnknown;
+  at_rest_ = with_rest == PoseComparison::kSame;
+  // Otherwise a camera that creeps would be at rest where it was ten frames ago, again and again.
+  if (with_rest == PoseComparison::kOther) earlier_.clear();
+  if (!at_rest_ && !earlier_.empty() && compared(earlier_.front(), true) == PoseComparison::kSame) {
     at_rest_ = true;
     rest_ = earlier_.front();
   }

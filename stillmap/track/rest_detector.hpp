@@ -42,10 +42,15 @@ class RestDetector {
   std::optional<double> at_rest_until_;  // time of the newest tracked frame at rest [s]
 };
 
-/// Returns whether two images with these features were taken from the same pose: the keypoints that
-/// are found again are at the same places.
-/// @param all_over  whether they must be in most of the image; false: somebody may cover much of it
-bool are_of_one_pose(const TrackingModel& model, const Features& a, const Features& b,
-                     bool all_over);
+enum class PoseComparison {
+  kSame,     ///< Keypoints are found again at the same places.
+  kOther,    ///< They are found again, and have moved.
+  kUnknown,  ///< Too few are found again, or in too small a part of the image.
+};
+
+/// Returns whether two images with these features were taken from the same pose.
+/// @param all_over  whether this must be seen in most of the image; false: somebody may cover much
+PoseComparison compare_poses(const TrackingModel& model, const Features& a, const Features& b,
+                             bool all_over);
 
 }  // namespace stillmap
