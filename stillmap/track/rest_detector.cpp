@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/rest_detector.hpp"
 
+#include "stillmap/base/statistics.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -45,13 +47,6 @@ int region_of(const Camera& camera, const Keypoint& k) {
   return cell(k.v, camera.height, kRows) * kColumns + cell(k.u, camera.width, kColumns);
 }
 
-/// Returns the median; the values must not be empty.
-float median(std::vector<float> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Returns the displacement of a keypoint since another image [pixels of its level]; none if it is
 /// not found near its place.
 std::optional<cv::Point2f> displacement(const Features& now, std::size_t keypoint,
@@ -74,7 +69,7 @@ Matrix6d information_of(const Camera& camera, const Features& features) {
   for (const Keypoint& k : features.keypoints) {
     if (k.depth > 0) depths.push_back(k.depth);
   }
-  const double depth = depths.empty() ? kUsualDepth : median(std::move(depths));
+  const double depth = depths.empty() ? kUsualDepth : upper_median(depths);
   const double radians = kAccuracy / camera.fx, meters = radians * depth;
   Vector6d information;
   information << Eigen::Vector3d::Constant(1 / (meters * meters)),
@@ -102,10 +97,11 @@ PoseComparison compare_poses(const TrackingModel& model, const Features& a, cons
     region.still += lengths.back() < 1;
   }
   if (lengths.size() < kFewest) return PoseComparison::kUnknown;
-  if (std::hypot(median(du), median(dv)) > kMaxMedian || median(lengths) > kMaxLength)
+  if (std::hypot(upper_median(du), upper_median(dv)) > kMaxMedian ||
+      upper_median(lengths) > kMaxLength)
     return PoseComparison::kOther;
-  int counted = 0, still = 0;
   if (!all_over) return PoseComparison::kSame;
+  int counted = 0, still = 0;
   for (const Region& region : regions) {
     if (region.keypoints < kKeypointsOfRegion) continue;
     ++counted;

@@ -262,8 +262,9 @@ std::optional<Tracker::Relabeled> Tracker::pose_without_motion(const Frame& fram
   return Relabeled{relabeled, *still};
 }
 
-/// Returns the pose of a lost camera from the landmarks near its pose by IMU or wheels. What covers
-/// most of them would decide the poses of the next frames, so that there is none until it is gone.
+/// Returns the pose of a lost camera from the landmarks near its pose at rest, or that by IMU or
+/// wheels. What covers most of them would decide the poses of the next frames, so that there is
+/// none until it is gone.
 std::optional<LocalMapPose> Tracker::pose_of_lost(const FramePtr& frame) const {
   if (frames_lost_ == 0) return std::nullopt;
   // Otherwise the images decide alone: wheels that slip unnoticed would have them confirm a wrong

@@ -26,7 +26,7 @@ struct TrackerState {
   Pose T_previous_next;      ///< predicted motion to the next frame (constant velocity)
   Eigen::Matrix<double, 6, 1> twist =
       Eigen::Matrix<double, 6, 1>::Zero();  ///< velocity of the camera in its frame [m/s, rad/s]
-  std::optional<MotionPrior> motion_prior;  ///< none without IMU and wheels
+  std::optional<MotionPrior> motion_prior;  ///< none without IMU and wheels, unless at rest
   bool at_rest = false;  ///< Whether the newest frame shows the camera at rest: see RestDetector.
   /// Per keypoint of `previous` if that was tracked by odometry, else empty: world position [m] at
   /// which its point was first observed. So errors accumulate per point and not per frame.
