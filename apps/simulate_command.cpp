@@ -4,6 +4,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/print.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/simulate/camera_motion.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
 
@@ -117,8 +118,9 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
       ->add_option(
           "--camera", o.camera,
           "camera motion; trolley: below the crane of the yard, a rectangle out and back in "
-          "35 s, looking ahead and down")
-      ->type_name("{static,xyz,halfsphere,rpy,loop,follow,trolley}")
+          "35 s, looking ahead and down; FILE: along this trajectory (TUM format), from the place "
+          "and view of xyz on")
+      ->type_name(names_or_file(camera_motion_names()))
       ->capture_default_str();
   command
       ->add_option("--visit", o.visit,

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include <fmt/ranges.h>
@@ -64,8 +65,12 @@ CameraMotion::CameraMotion(const CameraMotionOptions& options, const Scene& scen
       trolley_(scene.trolley) {
   const auto& names = camera_motion_names();
   if (std::find(names.begin(), names.end(), options.motion) == names.end()) {
-    throw Error(fmt::format("'{}' is not known", options.motion), "camera motion",
-                fmt::format("take one of: {}", fmt::join(names, ", ")));
+    if (!std::filesystem::exists(options.motion))
+      throw Error(
+          fmt::format("'{}' is neither known nor a file", options.motion), "camera motion",
+          fmt::format("take one of: {}, or the file of a trajectory", fmt::join(names, ", ")));
+    recorded_ = simulate::read_path(options.motion);
+    options_.shake_position = options_.shake_rotation = 0;
   }
   if (options.motion == "trolley") {
     if (!trolley_)
@@ -95,7 +100,13 @@ Pose CameraMotion::T_world_camera(double seconds) const {
          Pose(turned(shake[3], shake[4], shake[5]), {shake[0], shake[1], shake[2]});
 }
 
+std::optional<double> CameraMotion::duration() const {
+  if (!recorded_) return std::nullopt;
+  return recorded_->duration() / options_.speed;
+}
+
 Pose CameraMotion::steady(double t) const {
+  if (recorded_) return home_ * recorded_->at(t);
   if (options_.motion == "xyz") {
     const Vector3d offset(0.24 * wave(t, 5.3), 0.15 * wave(t, 7.1, 0.1), 0.2 * wave(t, 8.9, 0.05));
     return home_ *

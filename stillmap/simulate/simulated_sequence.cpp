@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -208,6 +209,10 @@ SimulatedSequence::SimulatedSequence(const SimulationOptions& options, const Cam
       scene_(std::move(scene)),
       motion_(motion_of(options), *scene_) {
   check(options);
+  if (motion_.duration() && timestamp(frames() - 1) > *motion_.duration())
+    throw Error(fmt::format("the trajectory lasts {:.2f} s", *motion_.duration()), options.camera,
+                fmt::format("take at most {} frames",
+                            1 + static_cast<int>(*motion_.duration() * options.fps)));
   if (!options.imu.empty()) camera_.imu = find_imu(options.imu);
   if (options.wheels) camera_.wheels = Wheels();
   constexpr double kMargin = 0.1;  // s

@@ -3,7 +3,9 @@
 #include "stillmap/track/pose_estimate.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace stillmap {
 
@@ -11,31 +13,36 @@ namespace stillmap {
 /// a map is ambiguous: a small rotation of the camera shifts distant points as a translation does,
 /// so that somebody near may decide. Some frames later the parallax tells them apart.
 ///
-/// In a few of the first frames the keypoints are matched with those of the first frame, by their
-/// descriptors alone, and the rigid motion with which most of them agree is found. The map is wrong
-/// if the tracked pose has far less support.
+/// In the first frames the keypoints are matched with those of an earlier one, by their descriptors
+/// alone; most of them agree with one rigid motion, others with further ones. The map is wrong if
+/// one of these explains far more of the image than the tracked motion: each is first refined by
+/// the image, so that a small error of either does not decide.
 class StartVerification {
  public:
   /// Begins with the frame that starts a map.
   void begin(FramePtr first, const Pose& T_world_camera);
 
-  /// Number of frames since the start of the map after which it is not verified any more.
-  static constexpr int kFrames = 15;
+  /// Number of frames since the start of the map up to which it is verified. Later on somebody who
+  /// fills the view of a right map would replace it.
+  static constexpr int kFrames = 16;
 
-  /// Adds the next frame of the map and its pose in the world of the map. Returns T_first_frame if
-  /// the map is wrong, else none.
-  std::optional<Pose> contradiction(const TrackingModel& model, const Frame& frame,
-                                    const Pose& T_world_camera);
+  /// Another motion of the camera than the tracked one.
+  struct Motion {
+    Pose T_world_camera;   ///< Pose of the frame by it.
+    Pose T_previous_next;  ///< By it in one frame.
+    /// 1 for each keypoint of the frame at which the earlier frame shows a surface, too.
+    std::vector<std::uint8_t> stands;
+  };
 
-  /// Returns the number of frames since the start of the map.
-  int frames() const { return frames_; }
-  /// Returns T_world_camera of the first frame.
-  const Pose& T_world_first() const { return T_world_first_; }
+  /// Adds the next frame of the map and its pose in the world of the map. Returns the motion if the
+  /// map is wrong, else none.
+  std::optional<Motion> contradiction(const TrackingModel& model, const FramePtr& frame,
+                                      const Pose& T_world_camera);
 
  private:
-  FramePtr first_;  // null after the verification
-  Pose T_world_first_;
-  int frames_ = 0;
+  FramePtr earlier_;  // null after the verification
+  Pose T_world_earlier_;
+  int frames_ = 0, since_ = 0;  // since the start of the map and since the earlier frame
 };
 
 }  // namespace stillmap

@@ -184,8 +184,7 @@ TrackedFramePtr Tracker::track(const FramePtr& frame, const std::optional<Initia
   if (first) {
     const auto pose = pose_in_map(*frame, *first, initial.has_value());
     if (pose && agrees_with_prediction(*pose)) {
-      if (const auto motion = motion_against_map(*frame, *pose))
-        return replace_map(*frame, *motion);
+      if (const auto motion = motion_against_map(frame, *pose)) return replace_map(*frame, *motion);
       calibrate_shutter(frame, initial, *pose);
       if (auto still = pose_without_motion(*frame, *first, *pose))
         return tracked(still->frame, still->pose, false);
@@ -406,21 +405,23 @@ bool Tracker::is_confirmed(const PoseEstimate& estimate) const {
   return (dead_reckoning_.by_wheels() || state_.at_rest) && !estimate.contradicts_prior;
 }
 
-/// Returns T_first_frame, the motion since the first frame of the map, if that was started on
-/// moving objects.
-std::optional<Pose> Tracker::motion_against_map(const Frame& frame, const LocalMapPose& pose) {
+/// Returns another motion of the camera, if the map was started on moving objects.
+std::optional<StartVerification::Motion> Tracker::motion_against_map(const FramePtr& frame,
+                                                                     const LocalMapPose& pose) {
   if (!options_.erase_seen_through || is_confirmed(pose.estimate)) return std::nullopt;
   return start_verification_.contradiction(model_, frame, pose.estimate.T_world_camera);
 }
 
-/// Replaces a map that was started on moving objects by one that starts with this frame.
-/// @param T_first_frame motion of the camera since the first frame of the map
-TrackedFramePtr Tracker::replace_map(const Frame& frame, const Pose& T_first_frame) {
-  const int frames = start_verification_.frames();
-  const FramePtr relabeled = without_measured_motion(frame);
-  auto result = starting_frame(relabeled, start_verification_.T_world_first() * T_first_frame);
+/// Replaces a map that was started on moving objects by one that starts with this frame, from what
+/// stands in it.
+TrackedFramePtr Tracker::replace_map(const Frame& frame, const StartVerification::Motion& motion) {
+  const auto relabeled = std::make_shared<Frame>(frame);
+  relabeled->evidence = evidence_of_classes(frame);
+  for (std::size_t i = 0; i < motion.stands.size(); ++i)
+    if (motion.stands[i] == 0) relabeled->evidence.weight[i] = 0;
+  auto result = starting_frame(relabeled, motion.T_world_camera);
   result->proposal->replaced = state_.local_map->reference;
-  begin_map(relabeled, result, Pose::exp(T_first_frame.log() / frames));
+  begin_map(relabeled, result, motion.T_previous_next);
   return result;
 }
 

@@ -146,8 +146,9 @@ class Tracker {
   bool started_in_motion(const Frame& frame) const;
   Pose tracked_backward(const Frame& earlier, const Pose& T_world_earlier) const;
   TrackedFramePtr restart_map(const FramePtr& frame, const InitialPose& initial);
-  std::optional<Pose> motion_against_map(const Frame& frame, const LocalMapPose& pose);
-  TrackedFramePtr replace_map(const Frame& frame, const Pose& T_first_frame);
+  std::optional<StartVerification::Motion> motion_against_map(const FramePtr& frame,
+                                                              const LocalMapPose& pose);
+  TrackedFramePtr replace_map(const Frame& frame, const StartVerification::Motion& motion);
   void begin_map(const FramePtr& frame, const TrackedFramePtr& first, const Pose& T_previous_next);
   std::optional<LocalMapPose> pose_of_lost(const FramePtr& frame) const;
   bool agrees_with_prediction(const LocalMapPose& pose) const;
