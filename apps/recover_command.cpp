@@ -49,6 +49,7 @@ SlamResult result_of(const RecoveredRun& run, const SlamParameters& parameters) 
   result.dense_statistics.keyframes = run.map.views.size();
   result.movers = run.movers;
   result.frames = run.frames;
+  result.up = upward(run.frames, result.trajectory);
   log.add_times_to(result.timing);
   result.landmarks = run.map.map.landmarks.size();
   result.maps = run.map.map.first.size();

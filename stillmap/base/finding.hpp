@@ -85,6 +85,8 @@ inline constexpr std::array kFindingKinds = {
                 "the accelerometer contradicts the images and is left out"},
     FindingKind{"odometry-unlike", Severity::kWarning,
                 "the odometry of the wheels contradicts the images and is left out"},
+    FindingKind{"motion-samples", Severity::kWarning,
+                "unit or gaps of the samples of the IMU or the wheels"},
     FindingKind{"late-samples", Severity::kWarning,
                 "samples of the IMU or the wheels come after their frames"},
     FindingKind{"camera-rate", Severity::kWarning,

@@ -95,10 +95,10 @@ TEST_F(JournalFile, IsReplacedByOtherRecordsAndGoesOn) {
 TEST_F(JournalFile, OfAnotherKindOrVersionIsRefused) {
   EXPECT_THROW(read("STILLMAP, but no journal"), Error);
   EXPECT_THROW(read(""), Error);
-  const std::string newer = std::string(kJournalMagic) + std::string("\3\0\0\0", 4);
+  const std::string newer = std::string(kJournalMagic) + std::string("\4\0\0\0", 4);
   EXPECT_THROW(read(newer), Error);
-  const std::string older = std::string(kJournalMagic) + std::string("\1\0\0\0", 4);
-  EXPECT_THROW(read(older), Error) << "its views have other ids";
+  const std::string older = std::string(kJournalMagic) + std::string("\2\0\0\0", 4);
+  EXPECT_THROW(read(older), Error) << "its frames have no upward direction";
   EXPECT_FALSE(is_journal("no/such/file"));
 }
 

@@ -62,6 +62,17 @@ Uncertainty uncertainty_of(const TrackedFrame& tracked) {
                                                              : Uncertainty::kNone;
 }
 
+std::optional<Eigen::Vector3d> upward(const std::vector<FrameRecord>& frames,
+                                      const Trajectory& poses) {
+  for (auto frame = frames.rbegin(); frame != frames.rend(); ++frame) {
+    if (frame->up.isZero()) continue;
+    const auto pose = std::ranges::find(poses, frame->timestamp, &StampedPose::timestamp);
+    if (pose == poses.end()) return std::nullopt;
+    return Eigen::Vector3d(pose->T_world_camera.quaternion() * frame->up);
+  }
+  return std::nullopt;
+}
+
 void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   const Frame& frame = *tracked.frame;
   FrameRecord record;
@@ -77,6 +88,7 @@ void FrameLog::add(const TrackedFrame& tracked, const TrackingTimes& times) {
   record.inliers = tracked.inliers;
   record.covariance = tracked.covariance;
   record.T_camera_filtered = tracked.T_camera_filtered;
+  record.up = tracked.up.value_or(Eigen::Vector3d::Zero());
   if (frame.instances) record.mask_age = static_cast<int>(frame.instances->age());
   record.relocalized = tracked.relocalized;
   record.tracked_by_odometry = tracked.tracked_by_odometry;

@@ -48,13 +48,15 @@ struct FrameRecord {
   Pose T_reference_camera;                 ///< Relative pose, valid while the map is corrected.
   Matrix6d covariance = Matrix6d::Zero();  ///< See TrackedFrame::covariance.
   Pose T_camera_filtered;                  ///< See TrackedFrame::T_camera_filtered.
-  int keypoints = 0;                       ///< Number of keypoints.
-  int moving_keypoints = 0;                ///< Number of keypoints labeled as moving.
-  int inliers = 0;                         ///< Number of landmarks that agree with the pose.
-  int mask_age = -1;                       ///< Age of the masks [frames]; -1 without masks.
-  bool relocalized = false;                ///< The lost camera was relocalized in this frame.
-  bool tracked_by_odometry = false;        ///< See TrackedFrame::tracked_by_odometry.
-  bool tracked_late = false;               ///< The pose was found at the end: see LostFrames.
+  /// Upward direction in the camera, see TrackedFrame::up; zero: not known.
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  int keypoints = 0;                 ///< Number of keypoints.
+  int moving_keypoints = 0;          ///< Number of keypoints labeled as moving.
+  int inliers = 0;                   ///< Number of landmarks that agree with the pose.
+  int mask_age = -1;                 ///< Age of the masks [frames]; -1 without masks.
+  bool relocalized = false;          ///< The lost camera was relocalized in this frame.
+  bool tracked_by_odometry = false;  ///< See TrackedFrame::tracked_by_odometry.
+  bool tracked_late = false;         ///< The pose was found at the end: see LostFrames.
   Uncertainty uncertainty = Uncertainty::kNone;
   bool keyframe = false;                   ///< The frame was proposed as a keyframe.
   Dynamics dynamics = Dynamics::kUnknown;  ///< Verdict of the dynamics gate.
@@ -69,6 +71,10 @@ struct FrameRecord {
     return keypoints > 0 ? static_cast<double>(moving_keypoints) / keypoints : 0;
   }
 };
+
+/// Returns the upward direction of the world of the poses, by the newest frame that knows it.
+std::optional<Eigen::Vector3d> upward(const std::vector<FrameRecord>& frames,
+                                      const Trajectory& poses);
 
 /// Returns why a pose is uncertain.
 Uncertainty uncertainty_of(const TrackedFrame& tracked);

@@ -38,6 +38,25 @@ TEST(FrameLog, APoseIsUncertainIfNearlyAllKeypointsMove) {
   EXPECT_EQ(uncertain, (std::vector<bool>{false, false, false, true, true}));
 }
 
+TEST(FrameLog, TheNewestFrameThatKnowsItGivesTheUpwardDirection) {
+  FrameLog log(true);
+  const std::vector<std::optional<Eigen::Vector3d>> ups{Eigen::Vector3d::UnitX(),
+                                                        -Eigen::Vector3d::UnitY(), std::nullopt};
+  Trajectory poses;
+  for (std::size_t i = 0; i < ups.size(); ++i) {
+    TrackedFrame tracked = frame_with_moving(i, 0);
+    tracked.up = ups[i];
+    log.add(tracked, {});
+    poses.push_back({tracked.frame->timestamp(), Pose(so3_exp({0, 0, 0.1}), {1, 2, 3})});
+  }
+  const auto up = upward(log.records(), poses);
+  ASSERT_TRUE(up.has_value());
+  EXPECT_LT((*up - so3_exp({0, 0, 0.1}) * -Eigen::Vector3d::UnitY()).norm(), 1e-12);
+  poses.erase(poses.begin() + 1);
+  EXPECT_FALSE(upward(log.records(), poses).has_value()) << "that frame has no pose";
+  EXPECT_FALSE(upward({}, poses).has_value());
+}
+
 TEST(FrameLog, DetectedObjectsThatFillTheImageDoNotMakeAPoseUncertain) {
   constexpr std::size_t kKeypoints = 1000, kInBox = 850;
   auto features = std::make_shared<Features>();

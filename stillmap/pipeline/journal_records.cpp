@@ -80,6 +80,7 @@ void visit(Io io, Value& value) requires std::same_as<std::remove_const_t<Value>
   io(value.T_reference_camera);
   io(value.covariance);
   io(value.T_camera_filtered);
+  for (auto& coordinate : value.up) io(coordinate);
   for (auto* count : {&value.keypoints, &value.moving_keypoints, &value.inliers, &value.mask_age})
     io(*count);
   for (auto* flag : {&value.relocalized, &value.tracked_by_odometry, &value.tracked_late})

@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/pipeline/journal_records.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
 #include "stillmap/pipeline/recovered_run.hpp"
 
@@ -89,6 +90,18 @@ TEST(RunJournal, HoldsAllFramesWithPosesInTheMap) {
     const Pose& end = run.result.trajectory[i].T_world_camera;
     EXPECT_LT((poses[i].T_world_camera.translation() - end.translation()).norm(), 0.01) << i;
   }
+}
+
+TEST(RunJournal, HoldsTheUpwardDirection) {
+  FrameRecord record;
+  record.up = {0.1, -0.9, 0.3};
+  record.inliers = 7;
+  ByteWriter out;
+  put_frame(out, record);
+  ByteReader in(out.bytes(), "record", "");
+  const FrameRecord found = get_frame(in);
+  EXPECT_EQ(found.up, record.up);
+  EXPECT_EQ(found.inliers, 7);
 }
 
 TEST(RunJournal, HoldsTheMovers) {

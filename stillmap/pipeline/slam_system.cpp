@@ -154,7 +154,6 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   if (!motion_.needs_pose()) predict_pose();
 
   newest_ = tracker_.track(frame, initial, view_.local_map, view_.found);
-  if (newest_->up) upright_ = newest_;
   if (newest_->relocalized) {
     mapping_.accept_relocalization(*view_.found);
     log_.confirm(*view_.found);
@@ -295,8 +294,8 @@ SlamResult SlamSystem::finish() {
     });
     log_.set_final_poses(result.trajectory);
     result.keyframes = keyframe_trajectory();
-    result.up = up_in(result.trajectory);
     result.frames = log_.records_in(mapping_.map());
+    result.up = upward(result.frames, result.trajectory);
     result.events = mapping_.events();
     collect_movers(result);
     result.frames_by_map = frames_by_component(result.frames);
@@ -339,15 +338,6 @@ Trajectory SlamSystem::keyframe_trajectory() const {
   std::sort(keyframes.begin(), keyframes.end(),
             [](const auto& a, const auto& b) { return a.timestamp < b.timestamp; });
   return keyframes;
-}
-
-/// Returns the upward direction in the world of the final poses.
-std::optional<Eigen::Vector3d> SlamSystem::up_in(const Trajectory& trajectory) const {
-  if (!upright_) return std::nullopt;
-  const auto at =
-      std::ranges::find(trajectory, upright_->frame->timestamp(), &StampedPose::timestamp);
-  if (at == trajectory.end()) return std::nullopt;
-  return Eigen::Vector3d(at->T_world_camera.quaternion() * *upright_->up);
 }
 
 void SlamSystem::collect_movers(SlamResult& result) const {

@@ -200,7 +200,6 @@ class SlamSystem {
   void drop_brief_maps();
   Trajectory keyframe_trajectory() const;
   void collect_movers(SlamResult& result) const;
-  std::optional<Eigen::Vector3d> up_in(const Trajectory& trajectory) const;
   void collect_dense_map(SlamResult& result);
   void collect_statistics(SlamResult& result) const;
   StageTimes stage_times() const;
@@ -228,7 +227,6 @@ class SlamSystem {
   LostFrames lost_;
   CarriedParts carried_;
   TrackedFramePtr newest_;
-  TrackedFramePtr upright_;  // the newest with an upward direction; null before the first
   MapView view_;
   double propagation_ = 0;  // time that propagating the masks to the newest frame took [ms]
 };

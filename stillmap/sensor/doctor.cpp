@@ -636,6 +636,8 @@ void examine(const SequencePaths& paths, const std::optional<Camera>& named,
   range.recorded = camera;
   range.associations = paths.associations.string();
   const auto source = make_source(paths.folder.string(), range);
+  for (const std::string& note : source->notes()) diagnosis.add_ok(note);
+  for (Finding& finding : source->findings()) diagnosis.add(std::move(finding));
   check_frames(*source, options.most_frames, diagnosis);
 }
 

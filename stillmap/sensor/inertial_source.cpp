@@ -21,8 +21,9 @@ std::string count_text(const std::vector<Sample>& samples) {
 
 }  // namespace
 
-InertialSource::InertialSource(std::unique_ptr<FrameSource> source, MotionSamples samples)
-    : source_(std::move(source)), samples_(std::move(samples)) {
+InertialSource::InertialSource(std::unique_ptr<FrameSource> source, MotionSamples samples,
+                               std::vector<Finding> findings)
+    : source_(std::move(source)), samples_(std::move(samples)), findings_(std::move(findings)) {
   for (ImuSample& sample : samples_.imu) sample.timestamp -= camera().imu->time_offset;
 }
 
@@ -42,6 +43,12 @@ std::vector<std::string> InertialSource::notes() const {
     notes.push_back(fmt::format("IMU {}: {}", camera().imu->name, count_text(samples_.imu)));
   if (!samples_.odometry.empty()) notes.push_back("wheels: " + count_text(samples_.odometry));
   return notes;
+}
+
+std::vector<Finding> InertialSource::findings() const {
+  std::vector<Finding> findings = source_->findings();
+  findings.insert(findings.end(), findings_.begin(), findings_.end());
+  return findings;
 }
 
 }  // namespace stillmap

@@ -18,8 +18,10 @@ struct MotionSamples {
 /// A source whose frames contain the samples of an IMU and of wheels that were recorded with them.
 class InertialSource : public FrameSource {
  public:
-  /// @param source   its camera has an IMU or wheels if there are samples of them
-  InertialSource(std::unique_ptr<FrameSource> source, MotionSamples samples);
+  /// @param source    its camera has an IMU or wheels if there are samples of them
+  /// @param findings  about the samples
+  InertialSource(std::unique_ptr<FrameSource> source, MotionSamples samples,
+                 std::vector<Finding> findings);
 
   const Camera& camera() const override { return source_->camera(); }
   RgbdFramePtr next() override;
@@ -27,11 +29,12 @@ class InertialSource : public FrameSource {
   std::optional<std::size_t> size() const override { return source_->size(); }
   const std::vector<SkippedFrame>& skipped() const override { return source_->skipped(); }
   std::vector<std::string> notes() const override;
-  std::vector<Finding> findings() const override { return source_->findings(); }
+  std::vector<Finding> findings() const override;
 
  private:
   std::unique_ptr<FrameSource> source_;
   MotionSamples samples_;  // by the clock of the images
+  std::vector<Finding> findings_;
 };
 
 }  // namespace stillmap

@@ -10,6 +10,7 @@
 #include "stillmap/sensor/image_sizes.hpp"
 #include "stillmap/sensor/inertial_source.hpp"
 #include "stillmap/sensor/live_source.hpp"
+#include "stillmap/sensor/motion_check.hpp"
 #include "stillmap/sensor/motion_files.hpp"
 #include "stillmap/sensor/realsense_camera.hpp"
 #include "stillmap/sensor/recording_source.hpp"
@@ -227,8 +228,12 @@ std::unique_ptr<FrameSource> make_source(const std::string& text, const SourceOp
     }
   }
   if (samples.empty()) samples = motion_samples_in(path, source->camera());
-  if (!samples.empty())
-    source = std::make_unique<InertialSource>(std::move(source), std::move(samples));
+  std::vector<Finding> findings = motion_findings(samples);
+  if (auto unused = unused_motion_files(path, source->camera()))
+    findings.push_back(*std::move(unused));
+  if (!samples.empty() || !findings.empty())
+    source = std::make_unique<InertialSource>(std::move(source), std::move(samples),
+                                              std::move(findings));
   if (options.rotate != 0) {
     const Camera camera = rotated(source->camera(), options.rotate);
     source = std::make_unique<ConvertedSource>(

@@ -29,6 +29,15 @@ constexpr const char* kFormat =
     "write lines of 7 numbers: timestamp,wx,wy,wz,ax,ay,az in rad/s and m/s^2";
 constexpr std::size_t kNumbers = 7;
 
+constexpr const char* kOdometryFile = "odometry.txt";
+
+/// Returns the file with the samples of an IMU, if there is one.
+std::optional<fs::path> imu_file(const fs::path& folder) {
+  for (const char* name : {"imu0/data.csv", "imu.csv"})
+    if (is_file(folder / name)) return folder / name;
+  return std::nullopt;
+}
+
 /// Returns the numbers of a line.
 std::array<double, kNumbers> numbers_of(const std::string& line, const std::string& where) {
   const std::vector<std::string> fields = fields_of(line);
@@ -68,13 +77,29 @@ void keep_usable(std::vector<ImuSample>& samples, const fs::path& file) {
 
 MotionSamples motion_samples_in(const fs::path& folder, const Camera& camera) {
   MotionSamples samples;
-  for (const char* name : {"imu0/data.csv", "imu.csv"}) {
-    if (camera.imu && samples.imu.empty() && is_file(folder / name))
-      samples.imu = read_imu(folder / name);
-  }
-  if (camera.wheels && is_file(folder / "odometry.txt"))
-    samples.odometry = read_odometry(folder / "odometry.txt");
+  const auto imu = imu_file(folder);
+  if (camera.imu && imu) samples.imu = read_imu(*imu);
+  if (camera.wheels && is_file(folder / kOdometryFile))
+    samples.odometry = read_odometry(folder / kOdometryFile);
   return samples;
+}
+
+std::optional<Finding> unused_motion_files(const fs::path& folder, const Camera& camera) {
+  const auto unused = [&](const fs::path& file, const char* what, const char* fix) {
+    return with_severity(
+        Severity::kNote,
+        make_finding(
+            "motion-samples",
+            fmt::format("{} is not used: the camera file does not name {}", file.string(), what),
+            fix));
+  };
+  const auto imu = imu_file(folder);
+  if (imu && !camera.imu)
+    return unused(*imu, "the IMU", "add to the camera file: imu: NAME, and T_camera_imu");
+  if (!camera.wheels && is_file(folder / kOdometryFile))
+    return unused(folder / kOdometryFile, "the robot's base",
+                  "add to the camera file: T_camera_base");
+  return std::nullopt;
 }
 
 std::vector<ImuSample> read_imu(const fs::path& file) {

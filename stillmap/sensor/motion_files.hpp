@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/base/finding.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/inertial_source.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 namespace stillmap {
@@ -11,6 +13,11 @@ namespace stillmap {
 /// Reads the samples of a folder's camera: those of its IMU from imu0/data.csv (EuRoC) or imu.csv,
 /// those of its wheels from odometry.txt. Files of what the camera does not have are not read.
 MotionSamples motion_samples_in(const std::filesystem::path& folder, const Camera& camera);
+
+/// Returns a note about a file with such samples that is not read, since the camera file does not
+/// name the IMU or the robot's base; none if there is no such file.
+std::optional<Finding> unused_motion_files(const std::filesystem::path& folder,
+                                           const Camera& camera);
 
 /// Reads a file with lines `timestamp,wx,wy,wz,ax,ay,az` in the units of ImuSample, of EuRoC
 /// (timestamps in nanoseconds) or in seconds. # starts a comment. Samples with numbers that are not

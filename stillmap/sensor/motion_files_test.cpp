@@ -100,14 +100,19 @@ TEST_F(ImuFile, CameraFilesKeepTheNoise) {
 TEST_F(ImuFile, FramesHaveTheOdometryOfAFolderWhoseCameraIsOnWheels) {
   Camera camera = TestSequence::camera();
   const std::vector<OdometrySample> samples{{99.9, Pose()},
-                                            {100.5, Pose(so3_exp({0, 0, 0.2}), {1, 2, 0})}};
+                                            {100.09, Pose(so3_exp({0, 0, 0.2}), {1, 2, 0})}};
   write_odometry(sequence_.path("odometry.txt"), samples);
   write_camera(sequence_.path("camera.yaml"), camera);
-  EXPECT_TRUE(make_source(sequence_.folder().string())->next()->odometry.empty());
+  const auto without = make_source(sequence_.folder().string());
+  EXPECT_TRUE(without->next()->odometry.empty());
+  ASSERT_THAT(without->findings(), SizeIs(1));
+  EXPECT_THAT(without->findings()[0].message, HasSubstr("odometry.txt is not used"));
+  EXPECT_EQ(without->findings()[0].severity, Severity::kNote);
   camera.wheels = Wheels{.T_camera_base = Pose(so3_exp({1.5, 0, 0}), {0, 0.4, 0.1})};
   write_camera(sequence_.path("camera.yaml"), camera);
   const auto source = make_source(sequence_.folder().string());
   const Pose& T_camera_base = source->camera().wheels->T_camera_base;
+  EXPECT_THAT(source->findings(), ::testing::IsEmpty());
   EXPECT_TRUE((T_camera_base.inverse() * camera.wheels->T_camera_base).log().isZero(1e-9));
   const auto found = source->next()->odometry;
   ASSERT_THAT(found, SizeIs(2));
