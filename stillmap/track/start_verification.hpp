@@ -22,6 +22,11 @@ class StartVerification {
   /// Begins with the frame that starts a map.
   void begin(FramePtr first, const Pose& T_world_camera);
 
+  /// Moves the poses along with a correction of the map.
+  void move(const Pose& T_corrected_world) {
+    T_world_earlier_ = T_corrected_world * T_world_earlier_;
+  }
+
   /// Number of frames since the start of the map up to which it is verified. Later on somebody who
   /// fills the view of a right map would replace it.
   static constexpr int kFrames = 16;

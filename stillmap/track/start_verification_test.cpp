@@ -72,6 +72,17 @@ TEST(StartVerification, AcceptsTheTrueMotion) {
   EXPECT_FALSE(verified(rendered::true_pose).has_value());
 }
 
+TEST(StartVerification, MovesAlongWithTheMap) {
+  const Pose T_corrected_world(so3_exp({0, 0.2, 0}), {0.3, 0, 0.1});
+  StartVerification verification;
+  verification.begin(with_board(0), rendered::true_pose(0));
+  verification.move(T_corrected_world);
+  for (std::size_t i = 1; i < kFrames; ++i) {
+    const Pose corrected = T_corrected_world * rendered::true_pose(i);
+    EXPECT_FALSE(verification.contradiction(rendered::model(), with_board(i), corrected)) << i;
+  }
+}
+
 TEST(StartVerification, FindsTheMotionThatExplainsMoreOfTheImage) {
   const auto found = verified(pose_behind_board);
   ASSERT_TRUE(found.has_value());

@@ -324,6 +324,7 @@ TrackedFramePtr Tracker::relocalized(const FramePtr& frame, const Relocalization
   statistics_.adopt(found.local_map);
   state_ = std::move(confirmed->state);
   rest_ = {};
+  start_verification_ = {};
   if (initial) {
     const Pose T_camera_world = confirmed->pose.estimate.T_world_camera.inverse();
     T_odometry_world_ = T_odometry_world_ * initial->estimate.T_world_camera * T_camera_world;
@@ -624,6 +625,7 @@ void Tracker::adopt(const LocalMapPtr& local_map) {
   const Pose T_corrected_world = *pose * state_.T_world_previous.inverse();
   consistency_.move(T_corrected_world);
   filter_.move(T_corrected_world);
+  start_verification_.move(T_corrected_world);
   dead_reckoning_.move(T_corrected_world);
   T_odometry_world_ = T_odometry_world_ * T_corrected_world.inverse();
   if (T_world_lost_) T_world_lost_ = T_corrected_world * *T_world_lost_;
