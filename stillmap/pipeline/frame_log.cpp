@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <utility>
 
 namespace stillmap {
@@ -64,11 +65,11 @@ Uncertainty uncertainty_of(const TrackedFrame& tracked) {
 
 std::optional<Eigen::Vector3d> upward(const std::vector<FrameRecord>& frames,
                                       const Trajectory& poses) {
-  for (auto frame = frames.rbegin(); frame != frames.rend(); ++frame) {
-    if (frame->up.isZero()) continue;
-    const auto pose = std::ranges::find(poses, frame->timestamp, &StampedPose::timestamp);
+  for (const FrameRecord& frame : std::views::reverse(frames)) {
+    if (frame.up.isZero()) continue;
+    const auto pose = std::ranges::find(poses, frame.timestamp, &StampedPose::timestamp);
     if (pose == poses.end()) return std::nullopt;
-    return Eigen::Vector3d(pose->T_world_camera.quaternion() * frame->up);
+    return Eigen::Vector3d(pose->T_world_camera.quaternion() * frame.up);
   }
   return std::nullopt;
 }

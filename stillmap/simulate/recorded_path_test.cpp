@@ -6,6 +6,7 @@
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ constexpr double kStart = 1341845688.7;  // s
 /// Returns a swing of 0.2 m and 0.3 rad in two seconds, at 100 Hz, from a pose that is not the
 /// identity.
 Pose swing(double seconds) {
-  const double angle = std::sin(3.1416 * seconds);
+  const double angle = std::sin(std::numbers::pi * seconds);
   return Pose(so3_exp({0.1, 0.3 * angle, 0}), {1 + 0.2 * angle, -2, 1.5});
 }
 
