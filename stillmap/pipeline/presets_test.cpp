@@ -179,7 +179,8 @@ TEST(OrbRgbd, DiffersFromStaticByTheEvidenceOfTheDepth) {
   const Scene& walking = scene("walk", 3);
   const Outcome plain = run(walking, {"orb-rgbd"}), ours = run(walking, {"static"});
   EXPECT_LT(ours.lowest_log_odds, -0.1F);
-  EXPECT_GT(ours.result.dense.voxels_removed, 1000U);
+  EXPECT_LT(ours.ate, 0.03);
+  EXPECT_GT(ours.result.dense.voxels_removed, 500U);
   EXPECT_LT(ghosts(walking, ours.result), 0.5 * ghosts(walking, plain.result));
 }
 

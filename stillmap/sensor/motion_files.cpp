@@ -54,6 +54,21 @@ std::array<double, kNumbers> numbers_of(const std::string& line, const std::stri
   return numbers;
 }
 
+/// Throws Error for a file of positions alone, whose rotations read_trajectory() takes for none.
+void require_rotations(const fs::path& file) {
+  constexpr std::size_t kPosition = 4;
+  std::istringstream in(as_utf8(read_file(file)));
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    const auto fields = fields_of(line);
+    if (fields.empty() || fields.front().starts_with('#')) continue;
+    if (fields.size() != kPosition) return;
+    throw Error("4 numbers are no pose of the robot's base",
+                fmt::format("{}:{}", file.string(), number),
+                "write lines of 8 numbers: timestamp tx ty tz qx qy qz qw");
+  }
+}
+
 /// Leaves out samples that cannot be used.
 void keep_usable(std::vector<ImuSample>& samples, const fs::path& file) {
   const std::size_t all = samples.size();
@@ -117,7 +132,8 @@ std::vector<ImuSample> read_imu(const fs::path& file) {
   // Timestamps that do not count from 1970 are in nanoseconds if they are far apart.
   constexpr double kLongestInterval = 1000;  // s
   double unit = unit_of_stamps(stamps);
-  const bool far_apart = stamps.size() > 1 && stamps[1] - stamps[0] > kLongestInterval;
+  const auto later = std::ranges::find_if(stamps, [&](double t) { return t > stamps.front(); });
+  const bool far_apart = later != stamps.end() && *later - stamps.front() > kLongestInterval;
   if (unit == 1 && far_apart) unit = 1e-9;
   for (ImuSample& sample : samples) sample.timestamp *= unit;
   keep_usable(samples, file);
@@ -137,6 +153,7 @@ void write_imu(const fs::path& file, const std::vector<ImuSample>& samples) {
 }
 
 std::vector<OdometrySample> read_odometry(const fs::path& file) {
+  require_rotations(file);
   std::vector<OdometrySample> samples;
   for (const StampedPose& pose : read_trajectory(file)) {
     if (samples.empty() || pose.timestamp > samples.back().timestamp)

@@ -51,6 +51,20 @@ TEST_F(ImuFile, TimesAreSecondsOrNanoseconds) {
   EXPECT_EQ(read("1305031229.5 0 0 0 0 9.8 0\n").front().timestamp, 1305031229.5);
 }
 
+TEST_F(ImuFile, RepeatedSamplesDoNotHideNanoseconds) {
+  const auto samples =
+      read("5000000000,0,0,0,0,9.8,0\n5000000000,0,0,0,0,9.8,0\n5005000000,0,0,0,0,9.8,0\n");
+  ASSERT_THAT(samples, SizeIs(2));
+  EXPECT_NEAR(samples[0].timestamp, 5, 1e-9);
+  EXPECT_NEAR(samples[1].timestamp, 5.005, 1e-9);
+}
+
+TEST_F(ImuFile, OdometryWithoutRotationsIsAnError) {
+  write_file(sequence_.path("odometry.txt"), "# t x y yaw\n1 0 0 0.1\n2 0 0 0.2\n");
+  EXPECT_THAT(error_of([&] { read_odometry(sequence_.path("odometry.txt")); }),
+              HasSubstr("odometry.txt:2"));
+}
+
 TEST_F(ImuFile, OtherTextIsAnErrorWithItsLine) {
   EXPECT_THAT(error("1,0,0,0,0,0,0\n2,0,0\n"), HasSubstr("imu.csv:2"));
   EXPECT_THAT(error("1,0,0,x,0,0,0\n"), HasSubstr("'x' is not a number"));

@@ -41,6 +41,12 @@ std::optional<UncertainPose> joined(const std::optional<UncertainPose>& by_inert
   return pose && is_within(*pose, kMaxMeters, kMaxRadians) ? pose : std::nullopt;
 }
 
+/// Returns whether there is a sample of the last second before a frame.
+template <typename Samples>
+bool reaches(const Samples& samples, double timestamp) {
+  return !samples.empty() && samples.front().timestamp <= timestamp;
+}
+
 }  // namespace
 
 DeadReckoning::DeadReckoning(const Camera& camera) {
@@ -49,6 +55,9 @@ DeadReckoning::DeadReckoning(const Camera& camera) {
 }
 
 void DeadReckoning::propagate(const RgbdFrame& image) {
+  ++frames_;
+  without_imu_ += inertia_ && !reaches(image.imu, image.timestamp);
+  without_odometry_ += wheels_ && !reaches(image.odometry, image.timestamp);
   if (inertia_) inertia_->propagate(image.imu, image.timestamp);
   prediction_.propagate(image.imu, image.timestamp);
   if (wheels_) wheels_->propagate(image.odometry, image.timestamp);
@@ -114,6 +123,20 @@ std::vector<Finding> DeadReckoning::findings() const {
   add("odometry-unlike", "the motions of the wheels", wheels_left_out_,
       "check the pose of the base (T_camera_base), the unit (meters), the clock of the odometry "
       "and whether the wheels slip");
+  const auto add_missing = [&](const char* whose, std::size_t without, const char* fix) {
+    if (2 * without <= frames_) return;
+    findings.push_back(make_finding(
+        "motion-samples",
+        fmt::format("{} of {} frames have no samples of {} of their time", without, frames_, whose),
+        fix,
+        {{"without", static_cast<double>(without)}, {"frames", static_cast<double>(frames_)}}));
+  };
+  add_missing("the IMU", without_imu_,
+              "check the clock and the unit of its time stamps (imu_time_offset), or take imu out "
+              "of the camera file");
+  add_missing("the wheels", without_odometry_,
+              "check the clock and the unit of their time stamps, or take T_camera_base out of the "
+              "camera file");
   return findings;
 }
 

@@ -42,7 +42,7 @@ class DeadReckoning {
   double velocity_sigma() const;
 
   /// Returns the findings that the accelerometer or the wheels contradict the images in most
-  /// frames.
+  /// frames, or that most frames have no samples.
   std::vector<Finding> findings() const;
 
  private:
@@ -53,6 +53,7 @@ class DeadReckoning {
   InertialPrediction prediction_;  // of inertia_
   std::optional<WheelNavigation> wheels_;
   std::size_t compared_ = 0, inertia_left_out_ = 0, wheels_left_out_ = 0;  // frames
+  std::size_t frames_ = 0, without_imu_ = 0, without_odometry_ = 0;
 };
 
 /// Returns whether a map may be continued at a pose: its standard deviation is at most half of the
