@@ -18,8 +18,9 @@ namespace {
 constexpr double kGravity = 9.80665, kGravityShare = 0.15;
 /// Largest angular velocity that the sensors of cameras measure: 2000 degrees/s [rad/s].
 constexpr double kFastest = 35;
-/// Longest time without a sample: of the IMU as in preintegrate(), of wheels at 10 Hz twice [s].
-constexpr double kImuGap = 0.05, kWheelGap = 0.2;
+/// Longest time without a sample over which a sensor is used: of the IMU as in preintegrate(), of
+/// wheels as in WheelNavigation [s].
+constexpr double kImuGap = 0.05, kWheelGap = 0.3;
 
 Finding finding(std::string message, std::string fix, std::map<std::string, double> evidence) {
   return make_finding("motion-samples", std::move(message), std::move(fix), std::move(evidence));

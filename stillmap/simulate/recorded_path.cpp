@@ -42,7 +42,7 @@ Pose recorded_at(const Trajectory& trajectory, double timestamp) {
   if (begin == trajectory.end()) return trajectory.back().T_world_camera;
   const auto before = begin - 1;
   const double share = (timestamp - before->timestamp) / (begin->timestamp - before->timestamp);
-  return weighted_mean({{1 - share, before->T_world_camera}, {share, begin->T_world_camera}});
+  return interpolate(before->T_world_camera, begin->T_world_camera, share);
 }
 
 }  // namespace

@@ -13,9 +13,6 @@
 namespace stillmap {
 namespace {
 
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-
 /// Number of blocks along a row of the image.
 constexpr int kBlocks = 80;
 /// Standard deviation of the smoothing of the images, relative to the width of a block.

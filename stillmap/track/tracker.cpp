@@ -49,7 +49,7 @@ MotionPrior mean(const MotionPrior& a, const MotionPrior& b) {
 }
 
 /// Returns the frame without its measured motion, which a wrong pose decided.
-FramePtr without_measured_motion(const Frame& frame) {
+std::shared_ptr<Frame> without_measured_motion(const Frame& frame) {
   auto relabeled = std::make_shared<Frame>(frame);
   relabeled->evidence = evidence_of_classes(frame);
   return relabeled;
@@ -416,8 +416,7 @@ std::optional<StartVerification::Motion> Tracker::motion_against_map(const Frame
 /// Replaces a map that was started on moving objects by one that starts with this frame, from what
 /// stands in it.
 TrackedFramePtr Tracker::replace_map(const Frame& frame, const StartVerification::Motion& motion) {
-  const auto relabeled = std::make_shared<Frame>(frame);
-  relabeled->evidence = evidence_of_classes(frame);
+  const auto relabeled = without_measured_motion(frame);
   for (std::size_t i = 0; i < motion.stands.size(); ++i)
     if (motion.stands[i] == 0) relabeled->evidence.weight[i] = 0;
   auto result = starting_frame(relabeled, motion.T_world_camera);
