@@ -353,7 +353,7 @@ class CommandLine(unittest.TestCase):
     # ---------------------------------------------------------------------------------------------------- files
 
     def documented(self, text):
-        return set(re.findall(r"[a-z_]+\.(?:txt|csv|jsonl?|png|ply|obj|glb|bt|pgm|yaml|map|html|svg|bin)\b", text))
+        return set(re.findall(r"[a-z_]+\.(?:txt|csv|jsonl?|png|ply|obj|mtl|glb|bt|pgm|yaml|map|html|svg|bin)\b", text))
 
     def test_help_and_documents_name_the_files_of_a_run(self):
         in_help = self.documented(stillmap("run", "--help").stdout.split("Files:")[1].split("docs/dense_map.md")[0])

@@ -18,7 +18,6 @@
 #include "stillmap/report/site_plan.hpp"
 #include "stillmap/sensor/camera_file.hpp"
 #include "stillmap/sensor/image_file.hpp"
-#include "stillmap/sensor/make_source.hpp"
 
 #include <algorithm>
 #include <array>
@@ -48,8 +47,6 @@ struct MapArguments {
   std::optional<int> memory;       // for their views and keyframes [MB]
   bool force = false;
   std::vector<std::string> formats;  // of other programs
-  std::string recording;             // of the images in full size; empty: that of the run
-  SourceOptions source;
 };
 
 const std::vector<std::string> kFormats{"colmap", "colmap-text", "nerfstudio", "las"};
@@ -256,60 +253,30 @@ void write_map_files(const SavedMap& saved, ResultFolder& folder) {
     folder.write("cloud.ply", [&](const fs::path& file) { write_ply(file, dense_cloud(saved)); });
 }
 
-/// Returns whether a view was made of an image: most of its colors are those of the image, the
-/// others are from frames that show more of the surface.
-bool is_of(const DenseView& view, const cv::Mat& image) {
-  const int step = view.stride;
-  if ((image.cols + step - 1) / step != view.color.cols ||
-      (image.rows + step - 1) / step != view.color.rows)
-    return false;
-  constexpr int kStep = 4;  // a part of the pixels suffices
-  int same = 0, all = 0;
-  for (int row = 0; row < view.color.rows; row += kStep) {
-    for (int col = 0; col < view.color.cols; col += kStep, ++all)
-      same += view.color(row, col) == image.at<cv::Vec3b>(row * step, col * step);
-  }
-  return 2 * same > all;
-}
+bool has_no_photo(const PosedView& posed) { return posed.view->photo.empty(); }
 
-/// Writes the images, masks and depths of the views of a placed map.
+/// Writes the photos, masks and depths of the views of a placed map.
 class ImageWriter {
  public:
   ImageWriter(const PlacedMap& placed, bool with_depth, ResultFolder& folder)
       : placed_(placed), with_depth_(with_depth), folder_(folder) {}
 
-  /// Writes the views as they are, on their coarser lattice.
-  PosedImages from_views() {
-    PosedImages written{placed_.views.front().view->camera, {}};
-    for (std::size_t i = 0; i < placed_.views.size(); ++i)
-      write(i, placed_.views[i].view->color, written);
-    return written;
-  }
-
-  /// Writes the images of a recording that the views were made of.
-  PosedImages from(FrameSource& source) {
-    PosedImages written{source.camera(), {}};
-    std::vector<bool> done(placed_.views.size(), false);
-    while (const RgbdFramePtr frame = source.next()) {
-      for (std::size_t i = 0; i < done.size(); ++i) {
-        if (done[i] || !is_of(*placed_.views[i].view, frame->color)) continue;
-        write(i, frame->color, written);
-        done[i] = true;
-      }
-    }
-    return written;
+  PosedImages written() {
+    PosedImages images{photo_camera(*placed_.views.front().view), {}};
+    for (const PosedView& posed : placed_.views) write(posed, images);
+    return images;
   }
 
  private:
-  void write(std::size_t number, const cv::Mat& image, PosedImages& written) {
-    const PosedView& view = placed_.views[number];
-    const std::string name = fmt::format("{:05}", number);
-    write("images/" + name + ".png", image);
-    write("masks/" + name + ".png.png", enlarged(static_mask(view, *placed_.grid), image.size()));
-    if (with_depth_)
-      write("depth/" + name + ".png", enlarged(static_millimeters(*view.view), image.size()));
-    written.images.push_back({name, view.T_world_camera});
-    view.view->drop_pages();
+  void write(const PosedView& posed, PosedImages& images) {
+    const DenseView& view = *posed.view;
+    const std::string name = fmt::format("{:05}.jpg", images.images.size());
+    const cv::Size size(images.camera.width, images.camera.height);
+    folder_.write_text("images/" + name, std::string(view.photo.begin(), view.photo.end()));
+    write("masks/" + name + ".png", enlarged(static_mask(posed, *placed_.grid), size));
+    if (with_depth_) write("depth/" + name + ".png", enlarged(static_millimeters(view), size));
+    images.images.push_back({name, posed.T_world_camera});
+    view.drop_pages();
   }
   void write(const std::string& name, const cv::Mat& image) {
     folder_.write(name, [&](const fs::path& file) { write_png(file, image); });
@@ -324,36 +291,6 @@ class ImageWriter {
   bool with_depth_;
   ResultFolder& folder_;
 };
-
-/// Returns the recording with the images of a map: the one that was named, or that of the run if it
-/// is still there; empty without one.
-std::string recording_of(const MapArguments& arguments) {
-  if (!arguments.recording.empty()) return arguments.recording;
-  const fs::path summary = fs::path(arguments.file) / kRunSummary;
-  if (!fs::exists(summary)) return {};
-  const auto json = nlohmann::json::parse(read_file(summary), nullptr, false);
-  if (!json.is_object() || !json.value("recording", nlohmann::json()).is_string()) return {};
-  const std::string recording = json["recording"];
-  return fs::exists(recording) ? recording : "";
-}
-
-PosedImages write_images(const MapArguments& arguments, const PlacedMap& placed, bool with_depth,
-                         ResultFolder& folder) {
-  ImageWriter writer(placed, with_depth, folder);
-  const std::string recording = recording_of(arguments);
-  if (recording.empty()) {
-    print_out("images of reduced size from the map; name the recording with --recording\n");
-    return writer.from_views();
-  }
-  PosedImages images = writer.from(*make_source(recording, arguments.source));
-  if (images.images.empty()) {
-    throw Error("contains no image of the map", recording,
-                "name the recording of the run with --recording, and its camera, topics and "
-                "rotation as for run");
-  }
-  print_out("{} of {} images from {}\n", images.images.size(), placed.views.size(), recording);
-  return images;
-}
 
 void write_colmap(const PosedImages& images, const Cloud& cloud, ColmapFormat format,
                   ResultFolder& folder) {
@@ -383,7 +320,11 @@ void write_scene_files(const MapArguments& arguments, const SavedMap& saved, Res
   if (wanted("las"))
     folder.write_text("cloud.las", las_bytes(cloud, upright_frame(search_floor(placed, {}))));
   if (arguments.formats.size() == 1 && wanted("las")) return;
-  const PosedImages images = write_images(arguments, placed, wanted("nerfstudio"), folder);
+  if (std::ranges::any_of(placed.views, has_no_photo)) {
+    throw Error("has views without images: an earlier version made them", arguments.file,
+                "make the map again with stillmap run");
+  }
+  const PosedImages images = ImageWriter(placed, wanted("nerfstudio"), folder).written();
   if (wanted("colmap")) write_colmap(images, cloud, ColmapFormat::kBinary, folder);
   if (wanted("colmap-text")) write_colmap(images, cloud, ColmapFormat::kText, folder);
   if (!wanted("nerfstudio")) return;
@@ -509,16 +450,6 @@ void add_map_command(CLI::App& app, int& exit_code) {
                                fmt::join(kFormats, ", ")))
       ->delimiter(',')
       ->type_name(fmt::format("{{{}}}", fmt::join(kFormats, ",")));
-  exporting
-      ->add_option("--recording", arguments->recording,
-                   "recording with the images in full size; default: that of the run, or the "
-                   "reduced images of the map")
-      ->type_name("DIR or FILE");
-  exporting->add_option("--camera", arguments->source.camera, "camera of the recording, as for run")
-      ->type_name(names_or_file(camera_presets()));
-  exporting->add_option("--topics", arguments->source.topics, "topics, as for run");
-  exporting->add_option("--rotate", arguments->source.rotate, "rotation of the images, as for run")
-      ->type_name("DEGREES");
   add_force_option(*exporting, arguments->force);
   exporting->footer(
       "Examples:\n  stillmap map export office.map --out office\n"

@@ -424,6 +424,20 @@ class InTheBrowser(ViewTest):
             page.run(f"document.querySelector('[data-layer={layer}]').click()")
             self.assertLess(page.run("stillmap.inked()"), shown, layer)
 
+    def test_a_mesh_is_shown_with_its_texture_in_place_of_the_points(self):
+        made, file = self.folder / "with_mesh", self.folder / "mesh.html"
+        subprocess.run([PROGRAM, "dense", self.finished_run(), "--mesh=glb", "--out", made], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([PROGRAM, "view", made, "--html", file], check=True, stdout=subprocess.DEVNULL)
+        for url in (self.view("view", made, "--port", "0").url, file.as_uri()):
+            page = self.browser.page(url)
+            page.wait("stillmap.triangles > 1000 && stillmap.texture > 1e5 && stillmap.points > 1000 && stillmap.rests", 120)
+            self.assertFalse(page.run("document.querySelector('[data-layer=cloud]').checked"))
+            shown = page.run("stillmap.inked()")
+            page.run("document.querySelector('[data-layer=mesh]').click()")
+            page.wait("stillmap.rests !== false")
+            self.assertLess(page.run("stillmap.inked()"), 0.7 * shown)
+            self.assertEqual((self.state(page)["errors"], page.logs), (0, []))
+
     def test_the_time_line_tells_what_is_below_the_pointer(self):
         run = self.folder / "doubtful"
         shutil.copytree(self.finished_run(), run)

@@ -27,6 +27,7 @@ set(CMAKE_MESSAGE_LOG_LEVEL WARNING)  # Ceres would list every library that its 
 find_package(Ceres 2.1 QUIET REQUIRED)
 unset(CMAKE_MESSAGE_LOG_LEVEL)
 find_package(octomap 1.9 REQUIRED)
+find_package(meshoptimizer REQUIRED)
 find_package(CLI11 REQUIRED)
 if(STILLMAP_BUILD_TESTS)
   find_package(GTest REQUIRED)

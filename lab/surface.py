@@ -80,6 +80,11 @@ def pose_at(trajectory, stamp):
     return pose
 
 
+def pixel_corners(camera):
+    """Returns the camera matrix for Open3D, whose pixel centers are at halves."""
+    return camera.matrix + [[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]]
+
+
 def depth_sigma(z):
     """Returns the standard deviation of a Kinect's depth [m]."""
     return 0.001504 - 0.00152 * z + 0.0019 * z**2
@@ -121,7 +126,7 @@ def integrated(recording, pairs):
     """Returns Open3D's points and mesh of the frames."""
     core3d, camera = o3d.core, recording.camera
     grid = o3d.t.geometry.VoxelBlockGrid(("tsdf", "weight", "color"), (core3d.float32,) * 3, ((1), (1), (3)), 0.01, 16, 40000)
-    K = core3d.Tensor(np.ascontiguousarray(camera.matrix))
+    K = core3d.Tensor(pixel_corners(camera))
     for rgb, depth, _, pose in recording.frames(pairs):
         depth = o3d.t.geometry.Image(core3d.Tensor(depth))
         color = o3d.t.geometry.Image(core3d.Tensor(rgb.astype(np.float32) / 255))
@@ -198,7 +203,7 @@ class MeshMap:
         return (weights * self.vertices[corners]).sum(1), (weights * self.colors[corners]).sum(1)
 
     def drawn(self, camera, pose):
-        K = np.ascontiguousarray(camera.matrix)
+        K = pixel_corners(camera)
         rays = self.scene.create_rays_pinhole(K, np.linalg.inv(pose), camera.width, camera.height)
         hit = self.scene.cast_rays(rays)
         direction = array(rays)[..., 3:] @ pose[:3, 2]  # length along the optical axis of one unit of the ray

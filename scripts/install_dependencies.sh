@@ -17,7 +17,7 @@ cd "$(dirname "$0")/.."
 
 libraries=(
   libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libopenexr-dev libcli11-dev libfmt-dev
-  libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev
+  libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev libmeshoptimizer-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev
   libapriltag-dev libcivetweb-dev libjs-three libcurl4-openssl-dev libmosquitto-dev
   python3-dev pybind11-dev libgtest-dev libgmock-dev libbenchmark-dev
 )

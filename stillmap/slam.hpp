@@ -396,6 +396,32 @@ std::optional<NavigationGrid> navigation_grid(const Cloud& cloud,
                                               const Pose& T_map_world,
                                               const NavigationGridOptions& options = {});
 
+/// Euclidean distances from static surfaces in space (a Euclidean distance field, ESDF), for
+/// planners. Cell (x, y, z) begins at origin + cell * (x, y, z), world frame. Space that nobody has
+/// seen has no surfaces.
+struct DistanceField {
+  double cell = 0;                                   ///< Side of a cell [m].
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< [m]
+  Eigen::Vector3i size = Eigen::Vector3i::Zero();    ///< Number of cells along x, y and z.
+  /// Distance of each cell's center from that of the nearest cell with a surface [m], for
+  /// ((x * size.y) + y) * size.z + z.
+  std::vector<float> distances;
+
+  /// Returns the distance at a position between cells, by trilinear interpolation; none outside.
+  std::optional<double> distance_at(const Eigen::Vector3d& p_world) const;
+  /// Returns the change of that distance with the position, which points away from the nearest
+  /// surface; none outside.
+  std::optional<Eigen::Vector3d> gradient_at(const Eigen::Vector3d& p_world) const;
+};
+
+/// Returns the distances from the surfaces of a cloud, such as Snapshot::cloud during a run: exact
+/// between the centers of cells (Felzenszwalb and Huttenlocher 2012). None without points.
+/// @param cell    side of a cell [m]
+/// @param margin  width of the space around the cloud [m]
+/// Throws Error for values out of range, and for more than 1e8 cells.
+std::optional<DistanceField> distance_field(const Cloud& cloud, double cell = 0.1,
+                                            double margin = 0.5);
+
 /// Merges saved maps, also of different cameras, in one file; see `stillmap map merge`. The world
 /// is that of the map in the frame of a site, else of the oldest, and what nothing connects stays
 /// apart. The result does not depend on

@@ -181,6 +181,59 @@ void bind_navigation_grid(py::module_& module) {
       "without surfaces and way.");
 }
 
+using FieldPtr = std::shared_ptr<DistanceField>;
+
+py::object distances_of(const FieldPtr& field) {
+  constexpr py::ssize_t kItem = sizeof(float);
+  const auto count = [&](int axis) { return static_cast<py::ssize_t>(field->size[axis]); };
+  return array_of(Memory{field,
+                         field->distances.data(),
+                         py::format_descriptor<float>::format(),
+                         kItem,
+                         {count(0), count(1), count(2)},
+                         {count(1) * count(2) * kItem, count(2) * kItem, kItem}});
+}
+
+void bind_distance_field(py::module_& module) {
+  const auto vector = [](const Eigen::Vector3d& v) { return array_of({v.x(), v.y(), v.z()}, {3}); };
+  const auto at = [](double x, double y, double z) { return Eigen::Vector3d(x, y, z); };
+  py::class_<DistanceField, FieldPtr>(
+      module, "DistanceField",
+      "Distances from static surfaces in space (ESDF). Cell [x, y, z] begins at origin + cell * "
+      "(x, y, z), world frame.")
+      .def_readonly("cell", &DistanceField::cell, "Side of a cell [m].")
+      .def_property_readonly(
+          "origin", [=](const DistanceField& field) { return vector(field.origin); }, "[m]")
+      .def_property_readonly("distances", &distances_of,
+                             "float32 by x, y, z: distance of a cell from the nearest one with a "
+                             "surface [m]; a read-only view.")
+      .def(
+          "distance_at",
+          [=](const DistanceField& field, double x, double y, double z) {
+            return field.distance_at(at(x, y, z));
+          },
+          py::arg("x"), py::arg("y"), py::arg("z"),
+          "Distance at a position, interpolated [m]; None outside.")
+      .def(
+          "gradient_at",
+          [=](const DistanceField& field, double x, double y, double z) -> py::object {
+            const auto gradient = field.gradient_at(at(x, y, z));
+            return gradient ? vector(*gradient) : py::none();
+          },
+          py::arg("x"), py::arg("y"), py::arg("z"),
+          "Change of the distance, away from the nearest surface; None outside.");
+  module.def(
+      "distance_field",
+      [](const Cloud& cloud, double cell, double margin) -> FieldPtr {
+        auto field = distance_field(cloud, cell, margin);
+        return field ? std::make_shared<DistanceField>(std::move(*field)) : nullptr;
+      },
+      py::arg("cloud"), py::kw_only(), py::arg("cell") = 0.1, py::arg("margin") = 0.5,
+      py::call_guard<py::gil_scoped_release>(),
+      "Distances from the surfaces of a cloud, such as Snapshot.cloud during a run, in cells of "
+      "some side and up to a margin around it [m]. None without points.");
+}
+
 void bind_movers(py::module_& module) {
   py::class_<MovingObject>(module, "Mover", "A moving object at one time, in the world frame.")
       .def_readonly("id", &MovingObject::id, "1, 2, 3 ... in the order of appearance.")
@@ -396,6 +449,7 @@ void bind_snapshot(py::module_& module) {
 void bind_results(py::module_& module) {
   bind_cloud(module);
   bind_navigation_grid(module);
+  bind_distance_field(module);
   bind_movers(module);
   bind_updates(module);
   bind_observations(module);

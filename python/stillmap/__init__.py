@@ -17,13 +17,14 @@ import sys as _sys
 if _sys.prefix != _sys.base_prefix:
     _os.environ.setdefault("VIRTUAL_ENV", _sys.prefix)
 
-from ._native import (AteResult, Camera, Cloud, DetectedObject, Error, Finding, Frame, Imu, MapEvent, MergedPair, Mover,
+from ._native import (AteResult, Camera, Cloud, DetectedObject, DistanceField, Error, Finding, Frame, Imu, MapEvent, MergedPair, Mover,
                       MoverTrack, NavigationGrid, ObjectChange, ObservedFrame, Options, PoseUpdate, Results, RpeResult, Slam,
-                      Snapshot, Source, Statistics, WarningEvent, __version__, ate, compare_maps, merge_maps,
+                      Snapshot, Source, Statistics, WarningEvent, __version__, ate, compare_maps, distance_field, merge_maps,
                       navigation_grid, presets, read_ply, read_trajectory, rpe, source, write_trajectory)
 from .trajectory import Trajectory
 
-__all__ = ["AteResult", "Camera", "Cloud", "DetectedObject", "Error", "Finding", "Frame", "Imu", "MapEvent",
+__all__ = ["AteResult", "Camera", "Cloud", "DetectedObject", "DistanceField", "Error", "Finding", "Frame", "Imu", "MapEvent",
            "MergedPair", "Mover", "MoverTrack", "NavigationGrid", "ObjectChange", "ObservedFrame", "Options", "PoseUpdate",
            "Results", "RpeResult", "Slam", "Snapshot", "Source", "Statistics", "Trajectory", "WarningEvent", "__version__",
-           "ate", "compare_maps", "merge_maps", "navigation_grid", "presets", "read_ply", "read_trajectory", "rpe", "source", "write_trajectory"]
+           "ate", "compare_maps", "distance_field", "merge_maps", "navigation_grid", "presets", "read_ply",
+           "read_trajectory", "rpe", "source", "write_trajectory"]

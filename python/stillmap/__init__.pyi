@@ -118,6 +118,18 @@ def navigation_grid(cloud: Cloud, T_map_world: Sequence[Sequence[float]] | NDArr
                     cell: float = 0.05, lowest: float = 0.1, highest: float = 1.8,
                     radius: float = 0.2) -> NavigationGrid | None: ...
 
+class DistanceField:
+    @property
+    def cell(self) -> float: ...
+    @property
+    def origin(self) -> NDArray[np.float64]: ...  # 3
+    @property
+    def distances(self) -> NDArray[np.float32]: ...  # x, y, z
+    def distance_at(self, x: float, y: float, z: float) -> float | None: ...
+    def gradient_at(self, x: float, y: float, z: float) -> NDArray[np.float64] | None: ...  # 3
+
+def distance_field(cloud: Cloud, *, cell: float = 0.1, margin: float = 0.5) -> DistanceField | None: ...
+
 class Mover:
     @property
     def id(self) -> int: ...

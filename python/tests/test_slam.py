@@ -279,6 +279,25 @@ def test_the_grid_of_the_live_cloud(frames, camera):
         stillmap.navigation_grid(cloud, np.zeros((4, 4)))
 
 
+def test_the_distance_field_of_the_live_cloud(frames, camera):
+    slam = stillmap.Slam(camera)
+    for frame in frames[:10]:
+        slam.push(frame)
+    cloud = slam.snapshot().cloud
+    field = stillmap.distance_field(cloud, cell=0.1, margin=1)
+    cells = np.floor((cloud.points - field.origin) / field.cell).astype(int)
+    assert (field.distances[tuple(cells.T)] == 0).all() and field.distances.dtype == np.float32
+    far = np.argwhere(field.distances > 0.5)[0]
+    center = field.origin + field.cell * (far + 0.5)
+    nearest = np.linalg.norm(field.origin + field.cell * (np.unique(cells, axis=0) + 0.5) - center, axis=1).min()
+    assert abs(field.distances[tuple(far)] - nearest) < 1e-4
+    inner = field.origin + field.cell * np.array(field.distances.shape) / 2
+    assert field.distance_at(*inner) >= 0 and field.gradient_at(*inner).shape == (3,)
+    assert field.distance_at(100, 0, 0) is None and field.gradient_at(100, 0, 0) is None
+    with pytest.raises(stillmap.Error, match="side of a cell"):
+        stillmap.distance_field(cloud, cell=0)
+
+
 def test_voxels_of_the_live_cloud(frames, camera):
     slam = stillmap.Slam(camera, movers={"enabled": False})
     for frame in frames:

@@ -12,7 +12,7 @@ namespace stillmap {
 
 /// First eight bytes of a journal, and the version of its layout.
 constexpr std::string_view kJournalMagic = "STILLJNL";
-constexpr std::uint32_t kJournalVersion = 3;
+constexpr std::uint32_t kJournalVersion = 4;
 
 /// Append-only file of records. A record is complete on return of append(), so a process that is
 /// killed leaves a file with all its records; at most the last one is truncated.

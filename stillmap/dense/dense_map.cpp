@@ -71,6 +71,42 @@ void refine(PlacedMap& placed) {
   keep_one_per_voxel(placed);
 }
 
+/// Removes the points of one view with fewer than two others within 2.5 voxels: pixels between two
+/// surfaces, or of a far one.
+void remove_isolated(PlacedMap& placed) {
+  constexpr int kReach = 2, kFewest = 2;
+  constexpr double kRadius = 2.5;
+  VoxelIndex index;
+  std::vector<Lattice> at;
+  for (const Eigen::Vector3f& point : placed.points) {
+    const auto voxel = voxel_at(point.cast<double>(), placed.grid->edge());
+    if (voxel) index.add(*voxel);
+    at.push_back(voxel ? lattice_of(*voxel) : Lattice::Zero());
+  }
+  const auto others_near = [&](const Lattice& voxel) {
+    int others = -1;  // without the point itself
+    for (int x = -kReach; x <= kReach; ++x) {
+      for (int y = -kReach; y <= kReach; ++y) {
+        for (int z = -kReach; z <= kReach && others < kFewest; ++z) {
+          const Lattice offset(x, y, z);
+          if (offset.squaredNorm() > kRadius * kRadius) continue;
+          others += index.find(voxel_of(voxel + offset)) != VoxelIndex::kNone;
+        }
+      }
+    }
+    return others;
+  };
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < placed.points.size(); ++i) {
+    const bool seen_once = placed.grid->cell(placed.cells[i]).views < 2;
+    if (seen_once && others_near(at[i]) < kFewest) continue;
+    placed.cells[kept] = placed.cells[i];
+    placed.points[kept++] = placed.points[i];
+  }
+  placed.cells.resize(kept);
+  placed.points.resize(kept);
+}
+
 }  // namespace
 
 PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses) {
@@ -93,8 +129,7 @@ void DenseMap::add(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& mo
                    const std::optional<Pose>& T_world_camera, const SegmentedFrame* objects) {
   MadeView made = make_dense_view(camera_, frame, movers, options_.back_projection,
                                   options_.outliers, options_.far, objects);
-  outliers_ += made.outliers;
-  add(id, std::move(made.view), T_world_camera);
+  add(id, std::move(made), frame, T_world_camera);
 }
 
 bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Mat1b& movers,
@@ -108,12 +143,25 @@ bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Ma
         kMinNovelty * static_cast<double>(std::max<std::size_t>(1, novelty.pixels_examined));
     if (!is_new && novelty.refuted_voxels < kMinRefuted) return false;
   }
-  outliers_ += made.outliers;
-  add(id, std::move(made.view), T_world_camera);
+  add(id, std::move(made), frame, T_world_camera);
   return true;
 }
 
+void DenseMap::add(std::uint64_t id, MadeView made, const RgbdFrame& frame,
+                   const std::optional<Pose>& T_world_camera) {
+  outliers_ += made.outliers;
+  const bool opens = options_.fuse && T_world_camera && is_finite(*T_world_camera);
+  if (!opens) made.view.photo = photo_of(frame.color);
+  add(id, std::move(made.view), frame.color, T_world_camera);
+}
+
 void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& T_world_camera) {
+  add(id, std::move(view), {}, T_world_camera);
+}
+
+/// @param image  in full size, for the photo of a view in which depths are averaged
+void DenseMap::add(std::uint64_t id, DenseView view, const cv::Mat3b& image,
+                   const std::optional<Pose>& T_world_camera) {
   close_view();
   remove(id);
   pixels_ += view.depth.total();
@@ -123,12 +171,14 @@ void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& 
   if (T_world_camera && is_finite(*T_world_camera)) live_->add(id, held->second, *T_world_camera);
   if (pixels_ > static_cast<std::size_t>(options_.many_pixels)) replace_same_viewpoint(id);
   page_out_oldest();
-  if (options_.fuse && T_world_camera && is_finite(*T_world_camera)) open(id, *T_world_camera);
+  if (options_.fuse && T_world_camera && is_finite(*T_world_camera))
+    open(id, image, *T_world_camera);
 }
 
-void DenseMap::open(std::uint64_t id, const Pose& T_world_camera) {
-  newest_ = {id, T_world_camera,
-             std::make_unique<OpenView>(*views_.at(id), options_.back_projection, options_.far)};
+void DenseMap::open(std::uint64_t id, const cv::Mat3b& image, const Pose& T_world_camera) {
+  newest_ = {
+      id, T_world_camera,
+      std::make_unique<OpenView>(*views_.at(id), image, options_.back_projection, options_.far)};
 }
 
 std::optional<std::uint64_t> DenseMap::open_view() const {
@@ -141,10 +191,12 @@ void DenseMap::fuse(const RgbdFrame& frame, const cv::Mat1b& movers, const Pose&
 }
 
 void DenseMap::close_view() {
-  if (newest_ && newest_->depths->frames() > 0) {
+  if (newest_) {
     DenseView& view = *views_.at(newest_->id);
     bytes_in_memory_ -= view.bytes_in_memory();
-    view = newest_->depths->fused();
+    cv::Mat1b photo = newest_->depths->photo();
+    view = newest_->depths->frames() > 0 ? newest_->depths->fused() : copy_of(view);
+    view.photo = std::move(photo);
     bytes_in_memory_ += view.bytes_in_memory();
     in_memory_.insert(newest_->id);
   }
@@ -276,7 +328,10 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
     }
   }
   for (const std::uint32_t cell : placed.cells) placed.points.push_back(placed.grid->mean(cell));
-  if (options_.fuse) refine(placed);
+  if (options_.fuse) {
+    refine(placed);
+    remove_isolated(placed);
+  }
   placed.gains = color_gains(placed.points, placed.views);
   return placed;
 }

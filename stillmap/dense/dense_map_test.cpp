@@ -178,9 +178,10 @@ TEST(DenseMap, ReplacesWhatAnEarlierVisitSawToo) {
 
 // Options for a map of the wall whose views, all but the newest one or two, are kept in a file.
 DenseOptions with_little_memory() {
-  const std::size_t pixels = map_of_wall({Pose()}).statistics().pixels;
+  DenseMap one = map_of_wall({Pose()});
+  one.close_view();
   DenseOptions options;
-  options.memory = {2 * 6 * pixels, test::own_path("views")};
+  options.memory = {2 * one.statistics().bytes_in_memory, test::own_path("views")};
   return options;
 }
 
@@ -306,6 +307,60 @@ TEST(DenseMap, AveragesTheFramesUntilTheNextView) {
   DenseMap apart(camera, single);
   apart.add(0, wall_at(2), {}, Pose());
   EXPECT_FALSE(apart.open_view());
+}
+
+// A wall, and two pixels of one of three views that show something else in front of it.
+TEST(DenseMap, HasNoIsolatedPoints) {
+  const Camera camera = small_camera();
+  const RgbdFrame wall = frame_of(camera, [](int, int) { return 2.0; });
+  RgbdFrame other = frame_of(camera, [](int, int) { return 2.0; });
+  other.depth.at<float>(40, 2) = other.depth.at<float>(80, 2) = 1.7F;
+  for (const bool fuse : {true, false}) {
+    DenseOptions options;
+    options.fuse = fuse;
+    options.outliers.neighbors = 0;
+    options.back_projection.max_jump = 1;
+    options.back_projection.stride = 1;
+    DenseMap map(camera, options);
+    const auto pose = [](std::uint64_t i) {
+      return std::optional(
+          Pose(Eigen::Quaterniond::Identity(), {0.5 * static_cast<double>(i), 0, 0}));
+    };
+    for (std::uint64_t i = 0; i < 3; ++i) map.add(i, i == 0 ? other : wall, {});
+    const PlacedMap placed = map.place(pose);
+    ASSERT_GT(placed.points.size(), 1000U);
+    const auto apart =
+        std::ranges::count_if(placed.points, [](const auto& p) { return p.z() < 1.9; });
+    EXPECT_EQ(apart, fuse ? 0 : 2);
+  }
+}
+
+// A wall behind a person, who is gone in the next frame.
+TEST(DenseMap, ViewsHavePhotosWithoutPeopleWhoLeave) {
+  const Camera camera = small_camera();
+  const auto wall = [&](int gray) {
+    RgbdFrame frame = frame_of(camera, [](int, int) { return 2.0; });
+    frame.color.setTo(cv::Scalar::all(gray));
+    return frame;
+  };
+  RgbdFrame with_person = wall(100);
+  const cv::Rect person(60, 20, 30, 80);
+  with_person.depth(person).setTo(1.2F);
+  with_person.color(person).setTo(cv::Scalar::all(250));
+  cv::Mat1b mask = cv::Mat1b::zeros(camera.height, camera.width);
+  mask(person) = 255;
+  for (const bool fuse : {true, false}) {
+    DenseOptions options;
+    options.fuse = fuse;
+    DenseMap map(camera, options);
+    map.add(0, with_person, mask, Pose());
+    map.fuse(wall(100), {}, Pose());
+    map.close_view();
+    const cv::Mat3b photo = image_of(map.views().at(0)->photo);
+    ASSERT_EQ(photo.size(), cv::Size(camera.width, camera.height));
+    EXPECT_NEAR(photo(10, 10)[0], 100, 5);
+    EXPECT_NEAR(photo(60, 75)[0], fuse ? 100 : 250, 5);
+  }
 }
 
 // Returns the range of the points along the wall's normal without the outermost 1 % on each side

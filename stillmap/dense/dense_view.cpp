@@ -4,6 +4,8 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/segment/box_cluster.hpp"
+#include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/jpeg_decoder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -122,11 +124,30 @@ void label(const Instance& instance, const cv::Mat1f& depth, DenseView& view) {
 
 }  // namespace
 
+cv::Mat1b photo_of(const cv::Mat3b& image) {
+  constexpr int kQuality = 90;
+  return image.empty() ? cv::Mat1b() : cv::Mat1b(encode_jpeg(image, kQuality), true).reshape(0, 1);
+}
+
+cv::Mat3b image_of(const cv::Mat1b& photo) {
+  return photo.empty() ? cv::Mat3b() : cv::Mat3b(decode_jpeg({photo.data, photo.total()}).image);
+}
+
+Camera photo_camera(const DenseView& view) {
+  Camera camera = view.camera;
+  for (double* x : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *x *= view.stride;
+  const cv::Size size = image_of(view.photo).size();
+  camera.width = size.width;
+  camera.height = size.height;
+  return camera;
+}
+
 DenseView copy_of(const DenseView& view) {
   DenseView copy = view;
   copy.depth = view.depth.clone();
   copy.color = view.color.clone();
   copy.kind = view.kind.clone();
+  copy.photo = view.photo.clone();
   copy.pages = nullptr;
   return copy;
 }

@@ -39,18 +39,21 @@ struct ViewInstance {
 };
 
 /// The dense data of a keyframe in its own camera frame, which stay valid when the pose changes:
-/// six bytes for every pixel of a coarser lattice.
+/// six bytes for every pixel of a coarser lattice, and the whole image as a JPEG file.
 struct DenseView {
   Camera camera = {};    ///< Of the lattice: pixel (c, r) is pixel (c, r) * stride of the image.
   int stride = 1;        ///< [pixels of the image]
   cv::Mat1w depth = {};  ///< All measured depths, in units of kDepthUnit; 0 if unknown.
   cv::Mat3b color = {};  ///< B G R.
   cv::Mat1b kind = {};   ///< PixelKind.
+  /// The image in full size as the bytes of a JPEG file, for textures; empty while depths are
+  /// averaged in the view, and in maps of former programs.
+  cv::Mat1b photo = {};
   std::vector<ViewInstance> instances = {};  ///< By PixelKind.
   /// Number of the visit that made it, ascending with time: what a later visit shows has appeared
   /// since.
   std::uint16_t visit = kPresentVisit;
-  /// Owner of the pixels of the three images, which are read-only then; null if the images own
+  /// Owner of the pixels of the four images, which are read-only then; null if the images own
   /// them.
   std::shared_ptr<const Pages> pages = {};
 
@@ -68,9 +71,9 @@ struct DenseView {
     const bool known = is_static(row, col) && kind(row, col) < kFarSurface;
     return known ? int{kind(row, col)} - kFirstInstance : -1;
   }
-  std::size_t bytes() const { return sizeof(*this) + 6 * depth.total(); }
+  std::size_t bytes() const { return sizeof(*this) + 6 * depth.total() + photo.total(); }
   /// Returns the memory that the pixels take as long as the view exists [bytes].
-  std::size_t bytes_in_memory() const { return pages ? 0 : 6 * depth.total(); }
+  std::size_t bytes_in_memory() const { return pages ? 0 : 6 * depth.total() + photo.total(); }
   /// Gives back the memory of pages that were used, until they are used again.
   void drop_pages() const {
     if (pages) pages->drop();
@@ -95,13 +98,26 @@ MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv:
                          const OutlierOptions& outliers = {}, const FarOptions& far = {},
                          const SegmentedFrame* objects = nullptr);
 
+/// Returns an image (8UC3 BGR) as DenseView::photo, and the image of a photo; empty for an empty
+/// one.
+cv::Mat1b photo_of(const cv::Mat3b& image);
+cv::Mat3b image_of(const cv::Mat1b& photo);
+
+/// Returns the camera of the photo of a view.
+Camera photo_camera(const DenseView& view);
+
 /// Returns a copy that owns its pixels.
 DenseView copy_of(const DenseView& view);
+
+/// Returns the R G B of a pixel.
+inline Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
+  return {static_cast<float>(bgr[2]), static_cast<float>(bgr[1]), static_cast<float>(bgr[0])};
+}
 
 /// Returns a depth [m] in units of DenseView::kDepthUnit; 0 if it is unknown.
 std::uint16_t packed_depth(float meters);
 
-/// Returns the view on every second pixel.
+/// Returns the view on every second pixel, without a photo.
 DenseView coarser(const DenseView& view);
 
 }  // namespace stillmap

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/map_mesh.hpp"
 
+#include "stillmap/dense/mesh_simplification.hpp"
 #include "stillmap/dense/placed_view.hpp"
 #include "stillmap/dense/surface_refinement.hpp"
 #include "stillmap/dense/view_colors.hpp"
 #include "stillmap/dense/voxel_index.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
 
 namespace stillmap {
 
@@ -59,6 +64,40 @@ MeshView mesh_view(const PosedView& posed, const StaticGrid& grid) {
   return result;
 }
 
+/// Connected parts with fewer triangles are left out.
+constexpr std::size_t kMinTriangles = 200;
+/// Distance of the triangles for looking at from the mesh, and side of the texels [voxels].
+constexpr double kSimplification = 0.3, kTexel = 0.3;
+
+/// Adds the voxels that are at most `reach` steps to a neighbor away from one.
+void add_around(const Lattice& voxel, int reach, VoxelIndex& index) {
+  for (int x = -reach; x <= reach; ++x) {
+    for (int y = std::abs(x) - reach; y <= reach - std::abs(x); ++y) {
+      const int rest = reach - std::abs(x) - std::abs(y);
+      for (int z = -rest; z <= rest; ++z) index.add(voxel_of(voxel + Lattice(x, y, z)));
+    }
+  }
+}
+
+/// Returns the mesh without the triangles that are not at points of the map: along outlines, the
+/// distances of views from several sides may be zero where there is no surface.
+TriangleMesh at_points(TriangleMesh mesh, const PlacedMap& placed) {
+  constexpr int kReach = 1, kFarReach = 5;  // far points are further apart, and less exact [voxels]
+  VoxelIndex near;
+  for (std::size_t i = 0; i < placed.points.size(); ++i) {
+    const auto voxel = voxel_at(placed.points[i].cast<double>(), placed.grid->edge());
+    const int reach = placed.grid->is_far(placed.cells[i]) ? kFarReach : kReach;
+    if (voxel) add_around(lattice_of(*voxel), reach, near);
+  }
+  const auto is_near = [&](std::uint32_t vertex) {
+    const auto voxel = voxel_at(mesh.vertices[vertex].cast<double>(), placed.grid->edge());
+    return voxel && near.find(*voxel) != VoxelIndex::kNone;
+  };
+  std::erase_if(mesh.triangles,
+                [&](const auto& triangle) { return !std::ranges::all_of(triangle, is_near); });
+  return without_specks(mesh, kMinTriangles);
+}
+
 }  // namespace
 
 TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options) {
@@ -70,8 +109,18 @@ TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options) {
   }
   TriangleMesh mesh = volume.mesh();
   mesh.vertices = refined_points(mesh.vertices, placed.views);
+  mesh = at_points(std::move(mesh), placed);
   mesh.colors = surface_colors(mesh.vertices, placed.views, placed.gains);
   return mesh;
+}
+
+TexturedMesh make_textured_mesh(const TriangleMesh& mesh, const PlacedMap& placed,
+                                const MeshOptions& options) {
+  const PointColors photo_colors = [&](const std::vector<Eigen::Vector3f>& points) {
+    return surface_colors(points, placed.views, placed.gains, ColorSource::kPhoto);
+  };
+  return textured(simplified(mesh, kSimplification * options.voxel), kTexel * options.voxel,
+                  photo_colors);
 }
 
 }  // namespace stillmap

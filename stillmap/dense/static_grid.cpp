@@ -61,10 +61,6 @@ bool any_around(const Lattice& center, int reach, const Condition& holds) {
   return false;
 }
 
-Eigen::Vector3f rgb_of(const cv::Vec3b& bgr) {
-  return {static_cast<float>(bgr[2]), static_cast<float>(bgr[1]), static_cast<float>(bgr[0])};
-}
-
 /// Returns whether a pixel and its neighbors to the right and below are static surfaces, and may be
 /// as far apart as a distance [m].
 /// @param pixel  side of a pixel at a depth of 1 m [m]

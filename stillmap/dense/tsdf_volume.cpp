@@ -13,14 +13,10 @@ namespace {
 /// Minimum weight of a voxel of the mesh; a view from a distance of z meters weighs 1 / z^4. The
 /// pixels were chosen before; this is for voxels that only few rays pass behind the surface.
 constexpr double kMinWeight = 1e-4;
-/// Connected parts of the mesh with fewer triangles are left out.
-constexpr std::size_t kMinTriangles = 200;
 
 constexpr int kSide = TsdfVolume::kSide;
 /// Maximum weight of a voxel, so that new views keep changing it.
 constexpr float kMaxWeight = 200;
-/// Weight of free space relative to a surface, as its distance need not be exact.
-constexpr float kFreeWeight = 0.25F;
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
 constexpr int place(int x, int y, int z) { return x + kSide * (y + kSide * z); }
@@ -103,7 +99,6 @@ void TsdfVolume::update_voxel(Voxel8& voxel, float ahead, float weight, bool on_
   const auto truncation = static_cast<float>(options_.truncation);
   const bool free = ahead > truncation;
   if (ahead < -truncation || (!free && !on_surface)) return;
-  if (free) weight *= kFreeWeight;
   const float share = weight / (voxel.weight + weight);
   voxel.distance += share * (std::min(1.0F, ahead / truncation) - voxel.distance);
   voxel.weight = std::min(kMaxWeight, voxel.weight + weight);
@@ -131,56 +126,57 @@ class SurfaceNets {
   }
 
  private:
-  using Cube = std::array<const TsdfVolume::Voxel8*, 8>;  // corner i: x bit 0, y bit 1, z bit 2
+  using Voxel8 = TsdfVolume::Voxel8;
+  using Cube = std::array<const Voxel8*, 8>;  // corner i: x bit 0, y bit 1, z bit 2
 
-  /// Sets the eight voxels from `voxel` on; returns false if one of them has too little weight.
-  bool cube_at(const Lattice& voxel, Cube& cube) const {
+  /// Returns the eight voxels from `voxel` on; null where there is none.
+  Cube cube_at(const Lattice& voxel) const {
+    Cube cube;
     for (int corner = 0; corner < 8; ++corner) {
-      const auto* sample =
+      cube[static_cast<std::size_t>(corner)] =
           volume_.at(voxel + Lattice(corner & 1, corner >> 1 & 1, corner >> 2 & 1));
-      if (sample == nullptr || sample->weight < kMinWeight) return false;
-      cube[static_cast<std::size_t>(corner)] = sample;
     }
-    return true;
+    return cube;
   }
 
-  static bool is_crossed(const Cube& cube) {
-    const auto inside = std::count_if(cube.begin(), cube.end(),
-                                      [](const auto* sample) { return sample->distance < 0; });
-    return inside != 0 && inside != 8;
+  /// Returns whether the surface is between two neighbors. The other voxels around need not be
+  /// known, so that the surface reaches to the last ray along an outline; but free space in front
+  /// of one surface beside the unknown behind another is none.
+  static bool is_crossed(const Voxel8* a, const Voxel8* b) {
+    constexpr float kMaxStep = 1.9F;
+    if (a == nullptr || b == nullptr || a->weight < kMinWeight || b->weight < kMinWeight)
+      return false;
+    return (a->distance < 0) != (b->distance < 0) && std::abs(a->distance - b->distance) < kMaxStep;
   }
 
   void make_vertices(std::uint32_t number) {
     vertices_of_[number].fill(kNoVertex);
     const Lattice corner = kSide * lattice_of(volume_.index_.voxel(number));
-    const auto& block = volume_.blocks_[number];
-    for (int i = 0; i < static_cast<int>(block.size()); ++i) {
-      const auto& sample = block[static_cast<std::size_t>(i)];
-      if (sample.weight <= 0 || std::abs(sample.distance) > 0.95F)
-        continue;  // There is no surface near.
+    for (int i = 0; i < kSide * kSide * kSide; ++i) {
       const Lattice voxel = corner + Lattice(i % kSide, i / kSide % kSide, i / kSide / kSide);
-      Cube cube;
-      if (!cube_at(voxel, cube) || !is_crossed(cube)) continue;
-      vertices_of_[number][static_cast<std::size_t>(i)] = add_vertex(voxel, cube);
+      vertices_of_[number][static_cast<std::size_t>(i)] = add_vertex(voxel);
     }
   }
 
-  std::uint32_t add_vertex(const Lattice& voxel, const Cube& cube) {
+  /// Adds the mean of the intersections with the edges of the cube at `voxel`, if there are any.
+  std::uint32_t add_vertex(const Lattice& voxel) {
+    const Cube cube = cube_at(voxel);
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
     float crossings = 0;
     for (int a = 0; a < 8; ++a) {
       for (int axis = 0; axis < 3; ++axis) {
         const int b = a | 1 << axis;
-        const auto &low = *cube[static_cast<std::size_t>(a)],
-                   &high = *cube[static_cast<std::size_t>(b)];
-        if (b == a || (low.distance < 0) == (high.distance < 0)) continue;
+        const Voxel8 *low = cube[static_cast<std::size_t>(a)],
+                     *high = cube[static_cast<std::size_t>(b)];
+        if (b == a || !is_crossed(low, high)) continue;
         Eigen::Vector3f p(static_cast<float>(a & 1), static_cast<float>(a >> 1 & 1),
                           static_cast<float>(a >> 2 & 1));
-        p[axis] += low.distance / (low.distance - high.distance);
+        p[axis] += low->distance / (low->distance - high->distance);
         sum += p;
         crossings += 1;
       }
     }
+    if (crossings == 0) return kNoVertex;
     const auto edge = static_cast<float>(volume_.options_.voxel);
     mesh_.vertices.push_back(edge * (voxel.cast<float>() + sum / crossings));
     mesh_.colors.push_back({});
@@ -202,11 +198,10 @@ class SurfaceNets {
     const auto& block = volume_.blocks_[number];
     for (int i = 0; i < static_cast<int>(block.size()); ++i) {
       const auto& from = block[static_cast<std::size_t>(i)];
-      if (from.weight <= 0) continue;
+      if (from.weight < kMinWeight) continue;
       const Lattice voxel = corner + Lattice(i % kSide, i / kSide % kSide, i / kSide / kSide);
       for (int axis = 0; axis < 3; ++axis) {
-        const auto* to = volume_.at(voxel + Lattice::Unit(axis));
-        if (to == nullptr || (from.distance < 0) == (to->distance < 0)) continue;
+        if (!is_crossed(&from, volume_.at(voxel + Lattice::Unit(axis)))) continue;
         add_face(voxel, axis, from.distance < 0);
       }
     }
@@ -232,8 +227,6 @@ class SurfaceNets {
   TriangleMesh mesh_;
 };
 
-TriangleMesh TsdfVolume::mesh() const {
-  return without_specks(SurfaceNets(*this).mesh(), kMinTriangles);
-}
+TriangleMesh TsdfVolume::mesh() const { return SurfaceNets(*this).mesh(); }
 
 }  // namespace stillmap

@@ -35,14 +35,30 @@ struct ColorSample {
   bool is_shown;  // whether the pixels show the point, not something else on its ray
 };
 
-ColorSample color_at(const DenseView& view, const ProjectedPoint& point, float tolerance) {
+/// Returns the color of a photo at a point of its view, interpolated between pixels.
+Eigen::Vector3f photo_color(const cv::Mat3b& photo, int stride, const ProjectedPoint& point) {
+  const auto at = [&](int pixel, float part, int size) {
+    const float place = static_cast<float>(stride) * (static_cast<float>(pixel) + part);
+    return std::min(place, static_cast<float>(size) - 1.001F);
+  };
+  const float u = at(point.col, point.right, photo.cols), v = at(point.row, point.down, photo.rows);
+  const int col = static_cast<int>(u), row = static_cast<int>(v);
+  const ProjectedPoint in_photo{row, col, u - static_cast<float>(col), v - static_cast<float>(row),
+                                point.z};
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  for (int i = 0; i < 4; ++i) sum += in_photo.share(i) * rgb_of(photo(row + i / 2, col + i % 2));
+  return sum;
+}
+
+/// @param photo  of the view; empty: the colors are those of its pixels
+ColorSample color_at(const DenseView& view, const cv::Mat3b& photo, const ProjectedPoint& point,
+                     float tolerance) {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero(), all = Eigen::Vector3f::Zero();
   float shown = 0;
   for (int i = 0; i < 4; ++i) {
     const int row = point.row + i / 2, col = point.col + i % 2;
     const float share = point.share(i);
-    const cv::Vec3b& bgr = view.color(row, col);
-    const Eigen::Vector3f rgb(bgr[2], bgr[1], bgr[0]);
+    const Eigen::Vector3f rgb = rgb_of(view.color(row, col));
     all += share * rgb;
     const std::uint8_t kind = view.kind(row, col);
     const float z = view.depth(row, col) * DenseView::kDepthUnit;
@@ -52,20 +68,22 @@ ColorSample color_at(const DenseView& view, const ProjectedPoint& point, float t
   }
   const float near = 1 / (point.z * point.z * point.z * point.z);
   if (shown < kShown) return {all, kHidden * near, false};
+  if (!photo.empty()) return {photo_color(photo, view.stride, point), shown * near, true};
   return {sum / shown, shown * near, true};
 }
 
 /// Calls `use(view, i, sample)` for all points in each view, by view. With several threads the
 /// order of the points is open.
 template <typename Use>
-void for_each_sample(const PointGroups& points, const std::vector<PosedView>& views, int threads,
-                     const Use& use) {
+void for_each_sample(const PointGroups& points, const std::vector<PosedView>& views,
+                     ColorSource source, int threads, const Use& use) {
   constexpr float kMargin = 1;  // the surface of a pixel reaches beyond its center [pixels]
   for (std::size_t number = 0; number < views.size(); ++number) {
     const DenseView& view = *views[number].view;
+    const cv::Mat3b photo = source == ColorSource::kPhoto ? image_of(view.photo) : cv::Mat3b();
     const auto agreement = view.camera.depth_sensor.tolerance<float>(kSigmas, kFloor);
     const auto use_color = [&](std::size_t i, const ProjectedPoint& at) {
-      use(number, i, color_at(view, at, agreement.at(at.z)));
+      use(number, i, color_at(view, photo, at, agreement.at(at.z)));
     };
     points.for_each_in(ViewProjection(views[number], kMargin), threads, use_color);
     view.drop_pages();
@@ -82,12 +100,13 @@ std::vector<LogColor> log_colors(const std::vector<Eigen::Vector3f>& points,
                                  const std::vector<PosedView>& views) {
   std::vector<LogColor> logs;
   const PointGroups groups(points);
-  for_each_sample(groups, views, 1, [&](std::size_t view, std::size_t point, const auto& sample) {
+  const auto add = [&](std::size_t view, std::size_t point, const ColorSample& sample) {
     if (!sample.is_shown || sample.rgb.minCoeff() < kDarkest || sample.rgb.maxCoeff() > kBrightest)
       return;
     logs.push_back({static_cast<int>(view), static_cast<int>(point),
-                    sample.rgb.template cast<double>().array().log().matrix()});
-  });
+                    sample.rgb.cast<double>().array().log().matrix()});
+  };
+  for_each_sample(groups, views, ColorSource::kView, 1, add);
   return logs;
 }
 
@@ -144,7 +163,7 @@ std::vector<Eigen::Vector3f> color_gains(const std::vector<Eigen::Vector3f>& poi
 
 std::vector<Rgb> surface_colors(const std::vector<Eigen::Vector3f>& points,
                                 const std::vector<PosedView>& views,
-                                const std::vector<Eigen::Vector3f>& gains) {
+                                const std::vector<Eigen::Vector3f>& gains, ColorSource source) {
   const TraceScope scope("surface colors");
   const PointGroups groups(points);
   std::vector<Eigen::Vector4f> sums(groups.size(), Eigen::Vector4f::Zero());
@@ -152,7 +171,7 @@ std::vector<Rgb> surface_colors(const std::vector<Eigen::Vector3f>& points,
     const Eigen::Vector3f rgb = sample.rgb.cwiseProduct(gains[view]).cwiseMin(255.0F);
     sums[i] += sample.weight * rgb.homogeneous();
   };
-  for_each_sample(groups, views, all_threads(), add);
+  for_each_sample(groups, views, source, all_threads(), add);
   std::vector<Rgb> colors(points.size(), Rgb{0, 0, 0});
   for (std::size_t i = 0; i < groups.size(); ++i) {
     const Eigen::Vector3f rgb = sums[i].head<3>() / std::max(sums[i][3], 1e-20F);

@@ -16,12 +16,17 @@ namespace stillmap {
 std::vector<Eigen::Vector3f> color_gains(const std::vector<Eigen::Vector3f>& points,
                                          const std::vector<PosedView>& views);
 
+/// Where the colors of views are taken from.
+enum class ColorSource { kView, kPhoto };
+
 /// Returns the colors of points of the static surface: the means of the views that see them,
 /// interpolated between pixels, where near views count most. A point that is in no image is black.
 /// @param points  world frame [m]
 /// @param gains   of the views, by color_gains()
+/// @param source  pixels of the views, or those of their photos, as far as there are some
 std::vector<Rgb> surface_colors(const std::vector<Eigen::Vector3f>& points,
                                 const std::vector<PosedView>& views,
-                                const std::vector<Eigen::Vector3f>& gains);
+                                const std::vector<Eigen::Vector3f>& gains,
+                                ColorSource source = ColorSource::kView);
 
 }  // namespace stillmap

@@ -78,6 +78,25 @@ TEST_F(ViewsOfAWall, GivePointsOneColorWhateverTheExposure) {
     EXPECT_NEAR(colors[i][1], common * green(points[i].x()), 1.5) << points[i].transpose();
 }
 
+/// Stripes as wide as a pixel of the photo, of which a view on every second pixel sees one kind.
+TEST_F(ViewsOfAWall, ShowFinerDetailsInTheirPhotos) {
+  const Camera camera = small_camera();
+  RgbdFrame frame = testing_support::view_of(camera, {}, {{0, 0, 1}, 2});
+  for (int u = 0; u < camera.width; ++u)
+    frame.color.col(u).setTo(cv::Scalar::all(u % 4 < 2 ? 40 : 200));
+  DenseView view = make_dense_view(camera, frame, {}, {.stride = 4}).view;
+  view.photo = photo_of(frame.color);
+  const std::vector<PosedView> views{{&view, Pose()}};
+  std::vector<Eigen::Vector3f> points;
+  for (const double u : {40.5, 42.5}) points.emplace_back(camera.unproject(u, 60, 2).cast<float>());
+  const std::vector<Eigen::Vector3f> gains(1, Eigen::Vector3f::Ones());
+  const auto coarse = surface_colors(points, views, gains);
+  EXPECT_NEAR(coarse[0][1], coarse[1][1], 1);
+  const auto fine = surface_colors(points, views, gains, ColorSource::kPhoto);
+  EXPECT_NEAR(fine[0][1], 40, 12);
+  EXPECT_NEAR(fine[1][1], 200, 12);
+}
+
 TEST_F(ViewsOfAWall, DoNotColorWhatIsBehindIt) {
   add({0, 0, 0}, 1);
   add({0, 0, 2.5}, 0.5F);  // behind the wall, nothing in view

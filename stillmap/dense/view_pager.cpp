@@ -26,13 +26,15 @@ Image image_at(const std::byte*& pixels, cv::Size size) {
 bool ViewPager::page_out(DenseView& view) {
   if (view.pages) return true;
   if (view.depth.empty()) return false;
-  const std::array parts{bytes_of(view.depth), bytes_of(view.color), bytes_of(view.kind)};
+  const std::array parts{bytes_of(view.depth), bytes_of(view.color), bytes_of(view.kind),
+                         bytes_of(view.photo)};
   if (!file_.write([&](PageFile& file) { view.pages = file.store(parts); })) return false;
-  const cv::Size size = view.depth.size();
+  const cv::Size size = view.depth.size(), photo = view.photo.size();
   const std::byte* pixels = view.pages->data();
   view.depth = image_at<cv::Mat1w>(pixels, size);
   view.color = image_at<cv::Mat3b>(pixels, size);
   view.kind = image_at<cv::Mat1b>(pixels, size);
+  if (!photo.empty()) view.photo = image_at<cv::Mat1b>(pixels, photo);
   return true;
 }
 

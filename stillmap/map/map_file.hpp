@@ -11,7 +11,7 @@ namespace stillmap {
 
 /// Layout of saved maps: docs/map_file.md. Every change needs a new version number.
 constexpr SectionFormat kMapFormat{
-    "STILLMAP", 3, "saved map", "create the map again with: stillmap run SEQUENCE --save-map FILE",
+    "STILLMAP", 4, "saved map", "create the map again with: stillmap run SEQUENCE --save-map FILE",
     /*oldest=*/2};
 
 /// Returns a map as the sections CAMR, KEYF and LAND. The same map gives the same bytes, and so

@@ -154,7 +154,7 @@ SavedMap read_map(std::istream& in, const std::string& where, const MemoryLimit&
   saved.writer = info.get_text();
   info.expect_end();
   saved.map = map_from_sections(sections, where);
-  ViewReader views(memory);
+  ViewReader views(memory, saved.version);
   if (!next) section_reader({}, "DENS", where);  // throws
   for (; next; next = file.next()) {
     const std::vector<Section> dense = {std::move(*next)};
@@ -196,10 +196,12 @@ void put_view(ByteWriter& out, const DenseView& view) {
     out.put_text(instance.class_name);
     out.put(instance.confidence);
   }
+  out.put(static_cast<std::uint32_t>(view.photo.total()));
+  out.put_list(pixels_of<std::uint8_t>(view.photo));
   view.drop_pages();
 }
 
-DenseView get_view(ByteReader& in, const Camera& camera) {
+DenseView get_view(ByteReader& in, const Camera& camera, std::uint32_t version) {
   DenseView view = get_lattice(in, camera);
   const auto cols = in.get<std::int32_t>(), rows = in.get<std::int32_t>();
   const bool whole = cols == view.camera.width && rows == view.camera.height;
@@ -218,11 +220,15 @@ DenseView get_view(ByteReader& in, const Camera& camera) {
     if (instance && kind - kFirstInstance >= static_cast<int>(instances))
       in.fail("a pixel belongs to no instance");
   }
+  if (version >= kPhotoVersion) {
+    const auto photo = in.get_list<std::uint8_t>(in.get<std::uint32_t>());
+    if (!photo.empty()) view.photo = cv::Mat1b(photo, true).reshape(0, 1);
+  }
   return view;
 }
 
 DenseView ViewReader::read(ByteReader& in, const Camera& camera) {
-  DenseView view = get_view(in, camera);
+  DenseView view = get_view(in, camera, version_);
   if (in_memory_ + view.bytes_in_memory() > pager_.limit()) pager_.page_out(view);
   in_memory_ += view.bytes_in_memory();
   return view;

@@ -39,22 +39,30 @@ struct SavedMap {
   std::string damage = {};  ///< What a damaged journal lost, as a sentence; empty: nothing.
 };
 
+/// First version of map files whose views have photos.
+constexpr std::uint32_t kPhotoVersion = 4;
+
 /// Writes a view as in section DENS of a map file.
 void put_view(ByteWriter& out, const DenseView& view);
 /// Reads a view. Throws Error if it is damaged.
 /// @param camera  of the map
-DenseView get_view(ByteReader& in, const Camera& camera);
+/// @param version of the map file
+DenseView get_view(ByteReader& in, const Camera& camera,
+                   std::uint32_t version = kMapFormat.version);
 
 /// Reads views that may take more memory than there is: those beyond the limit are moved into a
 /// file as they are read.
 class ViewReader {
  public:
-  explicit ViewReader(const MemoryLimit& memory) : pager_(memory) {}
+  /// @param version of the map file
+  explicit ViewReader(const MemoryLimit& memory, std::uint32_t version = kMapFormat.version)
+      : pager_(memory), version_(version) {}
   /// Reads a view as get_view().
   DenseView read(ByteReader& in, const Camera& camera);
 
  private:
   ViewPager pager_;
+  std::uint32_t version_;
   std::uint64_t in_memory_ = 0;  // pixels of the views in memory [bytes]
 };
 

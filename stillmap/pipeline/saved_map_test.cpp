@@ -228,7 +228,7 @@ TEST(SavedMap, BytesOfNoMapAreAnError) {
   EXPECT_THAT(error_of(""), HasSubstr("is not a saved map"));
   std::string newer = saved_map_bytes(tiny_map());
   newer[8] = 9;
-  EXPECT_THAT(error_of(newer), HasSubstr("version 9, and this program reads versions 2 to 3"));
+  EXPECT_THAT(error_of(newer), HasSubstr("version 9, and this program reads versions 2 to 4"));
 }
 
 /// The sections are corrupted and get new checksums, so that checksums do not reveal it.
@@ -346,16 +346,29 @@ TEST(SavedMap, IsReadAndWrittenWithLittleMemory) {
   std::filesystem::remove_all(memory.folder);
 }
 
-/// Version 2 had all views in one section, and no visits.
-TEST(SavedMap, OfTheFormerVersionIsRead) {
+/// Version 3 had no photos; version 2 had all views in one section, and no visits.
+TEST(SavedMap, OfFormerVersionsIsRead) {
   const std::string bytes = saved_map_bytes(tiny_map());
-  SectionFormat former = kMapFormat;
-  former.version = 2;
-  auto sections = unpack_sections(kMapFormat, bytes, "");
-  std::erase_if(sections, [](const Section& s) { return s.name[0] == 'V'; });
-  const SavedMap read = saved_map_from_bytes(pack_sections(former, sections), "");
-  EXPECT_EQ(describe_map(read).version, 2U);
-  EXPECT_EQ(saved_map_bytes(read), bytes) << "it is written in the present one";
+  for (const std::uint32_t version : {2U, 3U}) {
+    SectionFormat former = kMapFormat;
+    former.version = version;
+    auto sections = unpack_sections(kMapFormat, bytes, "");
+    for (Section& section : sections) {
+      if (is_dense(section)) section.bytes.resize(section.bytes.size() - 4);  // no size of a photo
+    }
+    if (version == 2) std::erase_if(sections, [](const Section& s) { return s.name[0] == 'V'; });
+    const SavedMap read = saved_map_from_bytes(pack_sections(former, sections), "");
+    EXPECT_EQ(describe_map(read).version, version);
+    EXPECT_EQ(saved_map_bytes(read), bytes) << "it is written in the present one";
+  }
+}
+
+TEST(SavedMap, KeepsThePhotosOfItsViews) {
+  SavedMap saved = tiny_map();
+  saved.views[0].view.photo = photo_of(cv::Mat3b(4, 4, cv::Vec3b(10, 20, 30)));
+  const SavedMap read = saved_map_from_bytes(saved_map_bytes(saved), "");
+  EXPECT_EQ(image_of(read.views[0].view.photo).size(), cv::Size(4, 4));
+  EXPECT_EQ(saved_map_bytes(read), saved_map_bytes(saved));
 }
 
 TEST(SavedMap, WithoutASectionOfViewsIsAnError) {

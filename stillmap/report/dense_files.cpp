@@ -6,7 +6,7 @@
 #include "stillmap/base/json_text.hpp"
 #include "stillmap/dense/cloud.hpp"
 #include "stillmap/dense/map_mesh.hpp"
-#include "stillmap/dense/mesh.hpp"
+#include "stillmap/dense/mesh_files.hpp"
 #include "stillmap/dense/semantic_files.hpp"
 #include "stillmap/report/chart.hpp"
 #include "stillmap/report/cloud_image.hpp"
@@ -25,6 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array kMeshFormats{"ply", "obj", "glb"};
+/// Files that mesh.obj refers to.
+constexpr const char *kMaterial = "mesh.mtl", *kTexture = "mesh_texture.png";
 
 cv::Mat image_of(const Cloud& cloud, const Trajectory& trajectory, const CloudView& view) {
   return draw_cloud({cloud.points, cloud.colors, {}}, trajectory, view);
@@ -67,8 +69,17 @@ CaptionedImage write_meshes(const DenseResults& results, const CloudView& view,
                             const MeshOptions& options, const std::vector<std::string>& formats,
                             const Eigen::Vector3d& up, ResultFolder& folder) {
   const TriangleMesh mesh = make_mesh(results.placed, options);
-  for (const std::string& format : formats)
-    folder.write("mesh." + format, [&](const fs::path& file) { write_mesh(file, mesh, up); });
+  const auto wanted = [&](const char* format) { return std::ranges::count(formats, format) > 0; };
+  if (wanted("ply")) folder.write_text("mesh.ply", mesh_ply(mesh));
+  if (wanted("obj") || wanted("glb")) {
+    const TexturedMesh for_viewers = make_textured_mesh(mesh, results.placed, options);
+    if (wanted("glb")) folder.write_text("mesh.glb", mesh_glb(for_viewers, up));
+    if (wanted("obj")) {
+      folder.write_text("mesh.obj", mesh_obj(for_viewers, kMaterial));
+      folder.write_text(kMaterial, mesh_mtl(kTexture));
+      write_image(folder, kTexture, for_viewers.image);
+    }
+  }
   const cv::Mat image = image_of(sampled(mesh, 0.25 * options.voxel), results.trajectory, view);
   write_image(folder, "mesh.png", image);
   return {image, fmt::format("mesh of {}, voxel size {} m",
@@ -83,6 +94,16 @@ void check(const DenseOutputs& outputs) {
     throw Error("there is no mesh format '" + format + "'", "--mesh",
                 "use ply, obj or glb; write --mesh=FORMAT in front of another argument");
   }
+}
+
+std::vector<std::string> mesh_file_names(const std::vector<std::string>& formats) {
+  std::vector<std::string> names;
+  for (const std::string& format : formats) {
+    names.push_back("mesh." + format);
+    if (format == "obj") names.insert(names.end(), {kMaterial, kTexture});
+  }
+  if (!names.empty()) names.emplace_back("mesh.png");
+  return names;
 }
 
 DenseFiles write_dense_files(const DenseResults& results, const DenseOptions& options,

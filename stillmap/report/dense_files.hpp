@@ -21,6 +21,8 @@ struct DenseOutputs {
 
 /// Throws Error for a mesh format that does not exist.
 void check(const DenseOutputs& outputs);
+/// Returns the names of the files of a mesh in some formats; none without one.
+std::vector<std::string> mesh_file_names(const std::vector<std::string>& formats);
 
 /// A dense map with the data of the run that its files also show.
 struct DenseResults {

@@ -97,7 +97,7 @@ std::vector<std::string> file_names(RunPart part) {
       return {"semantic.ply", "semantic_classes.ply", "semantic_legend.png", "semantic.png",
               "objects.json"};
     case RunPart::kMesh:
-      return {"mesh.ply", "mesh.obj", "mesh.glb", "mesh.png"};
+      return mesh_file_names({"ply", "glb", "obj"});
     case RunPart::kPlanner: {
       std::vector<std::string> names = planner_file_names();
       names.emplace_back(kLiveObstacles);
@@ -145,8 +145,7 @@ std::vector<std::string> possible_run_files(const Options& options, const RunOut
   add(options.dense.enabled, RunPart::kObjects);
   add(outputs.dense.planner, RunPart::kPlanner);
   add(outputs.profile, RunPart::kProfile);
-  for (const std::string& format : outputs.dense.mesh) names.push_back("mesh." + format);
-  if (!outputs.dense.mesh.empty()) names.push_back("mesh.png");
+  for (std::string& name : mesh_file_names(outputs.dense.mesh)) names.push_back(std::move(name));
   if (outputs.labels.save) names.push_back(outputs.labels.file());
   return names;
 }

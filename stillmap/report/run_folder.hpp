@@ -28,7 +28,7 @@ enum class RunPart {
   kMovers,    ///< The moving objects (movers.enabled).
   kDense,     ///< The dense map (dense.enabled).
   kObjects,   ///< The static objects that a network found in the dense map.
-  kMesh,      ///< The mesh (--mesh); one of mesh.ply, mesh.obj, mesh.glb per wanted format.
+  kMesh,      ///< The mesh (--mesh); those of the wanted formats.
   kPlanner,   ///< The files for planners (--planner).
   kChanges,   ///< What changed since the loaded map was made; not by write_results().
   kLabels,    ///< The motion labels (--save-labels).

@@ -56,7 +56,7 @@ std::string colmap_images(const PosedImages& scene, ColmapFormat format) {
     const Pose T_camera_world = image.T_world_camera.inverse();
     const auto& [q, t] = std::pair(T_camera_world.quaternion(), T_camera_world.translation());
     const std::array pose{q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
-    const std::string name = image.name + ".png";
+    const std::string& name = image.name;
     fmt::format_to(std::back_inserter(text), "{} {} 1 {}\n\n", ++id, fmt::join(pose, " "), name);
     out.put(id);
     out.put_list(std::span<const double>(pose));
@@ -107,8 +107,8 @@ nlohmann::json nerfstudio_transforms(const PosedImages& scene) {
     nlohmann::json rows = nlohmann::json::array();
     for (int row = 0; row < 3; ++row) rows.push_back({R(row, 0), R(row, 1), R(row, 2), t[row]});
     rows.push_back({0, 0, 0, 1});
-    json["frames"].push_back({{"file_path", "images/" + image.name + ".png"},
-                              {"mask_path", "masks/" + image.name + ".png.png"},
+    json["frames"].push_back({{"file_path", "images/" + image.name},
+                              {"mask_path", "masks/" + image.name + ".png"},
                               {"depth_file_path", "depth/" + image.name + ".png"},
                               {"transform_matrix", rows}});
   }

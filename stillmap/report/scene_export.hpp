@@ -13,11 +13,10 @@
 
 namespace stillmap {
 
-/// An image for programs that reconstruct scenes from posed images: images/NAME.png with the mask
-/// masks/NAME.png.png (0: not the static world) and the depth depth/NAME.png (16 bits,
-/// millimeters).
+/// An image for programs that reconstruct scenes from posed images: images/NAME with the mask
+/// masks/NAME.png (0: not the static world) and the depth depth/NAME.png (16 bits, millimeters).
 struct SceneImage {
-  std::string name;  ///< Without folder and extension.
+  std::string name;  ///< With extension, without folder.
   Pose T_world_camera;
 };
 

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 PosedImages one_image() {
   Eigen::Matrix3d R;
   R << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // columns: right, down, forward
-  return {testing_support::small_camera(), {{"00007", Pose(R, {0, 0, 2})}}};
+  return {testing_support::small_camera(), {{"00007.png", Pose(R, {0, 0, 2})}}};
 }
 
 Cloud two_points() {

@@ -238,4 +238,10 @@ void write_png(const std::filesystem::path& file, const cv::Mat& image,
   write_file(file, std::string_view(reinterpret_cast<const char*>(png.data()), png.size()));
 }
 
+std::vector<unsigned char> encode_jpeg(const cv::Mat& image, int quality) {
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
+  return jpeg;
+}
+
 }  // namespace stillmap

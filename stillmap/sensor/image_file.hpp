@@ -65,4 +65,8 @@ HeaderRead decode_image_header(std::span<const unsigned char> bytes);
 void write_png(const std::filesystem::path& file, const cv::Mat& image,
                const std::vector<int>& parameters = {});
 
+/// Returns an image (8 bits per channel) as the bytes of a JPEG file.
+/// @param quality  1 to 100
+std::vector<unsigned char> encode_jpeg(const cv::Mat& image, int quality);
+
 }  // namespace stillmap

@@ -14,7 +14,7 @@
 namespace stillmap {
 
 /// Types of binary messages; the first byte of each. docs/view.md has the formats.
-enum class BinaryMessage : std::uint8_t { kCloudChunk = 1, kFrameImage = 2, kPath = 3 };
+enum class BinaryMessage : std::uint8_t { kCloudChunk = 1, kFrameImage = 2, kPath = 3, kMesh = 4 };
 
 /// Cuts a cloud into cubes (chunks) of kEdge, and finds those that have changed. The points of a
 /// chunk are in random order, so that the first n of them are an even sample: pages draw as many as

@@ -12,6 +12,7 @@
 #include "stillmap/report/run_folder.hpp"
 #include "stillmap/view/changes_message.hpp"
 #include "stillmap/view/cloud_chunks.hpp"
+#include "stillmap/view/message_bytes.hpp"
 #include "stillmap/view/planner_message.hpp"
 #include "stillmap/view/run_images.hpp"
 #include "stillmap/view/view_messages.hpp"
@@ -146,8 +147,28 @@ std::vector<std::uint16_t> labels_by_color(const Cloud& cloud,
   return labels;
 }
 
-/// @param objects  content of objects.json; empty without the file
-Cloud publish_cloud_of(const fs::path& run, const nlohmann::json& objects, TopicBoard& board) {
+/// Returns the content of objects.json; empty without the file.
+nlohmann::json publish_objects_of(const fs::path& run, TopicBoard& board) {
+  nlohmann::json objects = nlohmann::json::array();
+  if (!fs::exists(run / "objects.json")) return objects;
+  objects = with_content_of(run / "objects.json", [&](const nlohmann::json& json) {
+    return json.value("objects", objects);
+  });
+  board.publish({{"type", "objects"}, {"objects", objects}});
+  return objects;
+}
+
+void publish_mesh_of(const fs::path& run, TopicBoard& board) {
+  if (!fs::exists(run / "mesh.glb")) return;
+  MessageBytes bytes(BinaryMessage::kMesh);
+  bytes.add_bytes(read_file(run / "mesh.glb"));
+  board.publish("mesh", bytes.take(), true);
+}
+
+/// Publishes objects, cloud and mesh of a folder; returns the cloud.
+Cloud publish_surfaces_of(const fs::path& run, TopicBoard& board) {
+  const nlohmann::json objects = publish_objects_of(run, board);
+  publish_mesh_of(run, board);
   if (!fs::exists(run / "cloud.ply")) return {};
   Cloud cloud = read_ply(run / "cloud.ply");
   std::vector<std::uint16_t> labels;
@@ -239,15 +260,8 @@ void publish_run_folder(const fs::path& run, const std::optional<WarningRules>& 
     tracks = read_mover_tracks(run / "movers.csv");
     board.publish(tracks_message(tracks));
   }
-  nlohmann::json objects = nlohmann::json::array();
-  if (fs::exists(run / "objects.json")) {
-    objects = with_content_of(run / "objects.json", [&](const nlohmann::json& json) {
-      return json.value("objects", objects);
-    });
-    board.publish({{"type", "objects"}, {"objects", objects}});
-  }
   if (fs::exists(run / kRunWarnings)) publish_events_of(run / kRunWarnings, tracks, board);
-  const Cloud cloud = publish_cloud_of(run, objects, board);
+  const Cloud cloud = publish_surfaces_of(run, board);
   std::vector<Pose> keyframes;
   if (fs::exists(run / "keyframes.txt")) {
     for (const StampedPose& keyframe : read_trajectory(run / "keyframes.txt"))
@@ -261,6 +275,14 @@ void publish_run_folder(const fs::path& run, const std::optional<WarningRules>& 
   const auto images = std::make_shared<RunImages>(summary.recording);
   board.publish({{"type", "images"}, {"problem", images->problem()}});
   board.set_images(images);
+}
+
+/// Publishes what `stillmap dense` made.
+void publish_dense_folder(const fs::path& folder, const GroundHints& hints, TopicBoard& board) {
+  board.publish(run_message(folder.filename().string(), Camera(), std::nullopt, Viewed::kCloud));
+  const Cloud cloud = publish_surfaces_of(folder, board);
+  board.publish(map_message({}, {}, displayed_ground({{}}, cloud, hints)));
+  if (const auto planner = planner_message(folder)) board.publish(*planner);
 }
 
 void publish_saved_map(const fs::path& file, const GroundHints& hints, TopicBoard& board) {
@@ -302,6 +324,8 @@ void publish_recorded_run(const fs::path& run, const std::optional<WarningRules>
     publish_run_folder(run, rules, board);
   } else if (fs::is_directory(run) && fs::exists(run / kChangesFile)) {
     publish_map_changes(run, hints, board);
+  } else if (fs::is_directory(run) && fs::exists(run / "cloud.ply")) {
+    publish_dense_folder(run, hints, board);
   } else if (fs::is_regular_file(run) && run.extension() == ".ply") {
     const Cloud cloud = read_ply(run);
     board.publish(run_message(run.filename().string(), Camera(), std::nullopt, Viewed::kCloud));
@@ -311,8 +335,8 @@ void publish_recorded_run(const fs::path& run, const std::optional<WarningRules>
     publish_saved_map(run, hints, board);
   } else {
     throw Error("is no folder of results, saved map or cloud", run.string(),
-                "name the folder that `stillmap run --out` or `stillmap map changes --out` wrote, "
-                "FILE.map or FILE.ply");
+                "name the folder that `stillmap run`, `dense` or `map changes` wrote, FILE.map or "
+                "FILE.ply");
   }
   if (!rules) return;
   board.publish(zones_message(*rules));

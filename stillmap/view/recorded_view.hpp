@@ -11,7 +11,7 @@ namespace stillmap {
 /// Publishes the results of a finished run: cloud, path, keyframes, loops, tracks of the moving
 /// objects, static objects, files for planners, and the summary, as far as the folder has them. The
 /// images of the run are those of its recording.
-/// @param run    folder of the results, or of `stillmap map changes`, or a saved map
+/// @param run    folder of the results, of `stillmap dense` or `map changes`, or a saved map
 ///   (FILE.map), or a cloud (FILE.ply)
 /// @param rules  whose zones, points and upward direction are shown; none: there are none
 /// Throws Error if there is nothing to be shown, or if a file is damaged.

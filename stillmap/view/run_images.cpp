@@ -11,7 +11,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -40,8 +39,7 @@ std::string jpeg_of(cv::Mat image) {
     const double scale = static_cast<double>(kWidth) / image.cols;
     cv::resize(image, image, {}, scale, scale, cv::INTER_AREA);
   }
-  std::vector<unsigned char> jpeg;
-  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  const std::vector<unsigned char> jpeg = encode_jpeg(image, kJpegQuality);
   return {jpeg.begin(), jpeg.end()};
 }
 

@@ -5,6 +5,7 @@
 #include "stillmap/report/chart.hpp"
 #include "stillmap/report/frame_image.hpp"
 #include "stillmap/report/run_record.hpp"
+#include "stillmap/sensor/image_file.hpp"
 #include "stillmap/view/message_bytes.hpp"
 
 #include <algorithm>
@@ -12,7 +13,6 @@
 #include <cmath>
 
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -118,8 +118,7 @@ std::string path_message(const std::vector<PathFrame>& path) {
 }
 
 std::string image_message(const TrackedFrame& tracked) {
-  std::vector<unsigned char> jpeg;
-  cv::imencode(".jpg", draw_frame(tracked), jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  const std::vector<unsigned char> jpeg = encode_jpeg(draw_frame(tracked), kJpegQuality);
   MessageBytes bytes(BinaryMessage::kFrameImage);
   bytes.add(static_cast<std::uint32_t>(tracked.frame->index()));
   bytes.add_bytes({reinterpret_cast<const char*>(jpeg.data()), jpeg.size()});

@@ -41,6 +41,7 @@ const material = new THREE.RawShaderMaterial({
   fragmentShader: 'precision mediump float; varying vec3 shade; void main() { gl_FragColor = vec4(shade, 1.0); }',
 });
 const uniforms = material.uniforms;
+export const shownBelow = uniforms.cut;
 // The heights at which the colors end, and above which points are hidden [m above the floor].
 export function setColorHeight(height) { uniforms.heights.value.set(0, height); }
 export function setCutHeight(height) { uniforms.cut.value = height; }

@@ -4,6 +4,7 @@ import { $, on, phone, state } from './page.js';
 import { connect } from './connection.js';
 import { above, arrange, camera, color, orbit, orbitCamera, picture, placeLabels, project, renderer, resizeScene, scene, tangent, topHeight, view } from './scene.js';
 import { distribute, showLateChunks } from './cloud.js';
+import './mesh.js';
 import { drawPath, eye, follow } from './camera.js';
 import './ground.js';
 import './movers.js';

@@ -4,7 +4,7 @@
 // Returns a message as an object with its `type`: JSON as it is, and the binary types "chunk", "image" and "path".
 export function decode(data) {
   if (typeof data === 'string') return JSON.parse(data);
-  return [decodeChunk, decodeImage, decodePath][new Uint8Array(data, 0, 1)[0] - 1](data);
+  return [decodeChunk, decodeImage, decodePath, decodeMesh][new Uint8Array(data, 0, 1)[0] - 1](data);
 }
 
 function decodeChunk(buffer) {
@@ -26,6 +26,17 @@ function decodePath(buffer) {
     message.s[i] = head.getUint32(at + 32, true);
   }
   return message;
+}
+
+// The file mesh.glb begins at byte 4. Those of former versions have no texture; they are not shown.
+function decodeMesh(buffer) {
+  const head = new DataView(buffer, 4), size = head.getUint32(12, true), json = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 24, size)));
+  if (!json.images) return { type: 'no-mesh' };
+  const view = (Type, number) => {
+    const { byteOffset, byteLength } = json.bufferViews[number];
+    return new Type(buffer, 32 + size + byteOffset, byteLength / Type.BYTES_PER_ELEMENT);
+  };
+  return { type: 'mesh', triangles: view(Uint32Array, 0), positions: view(Float32Array, 1), places: view(Float32Array, 2), jpeg: view(Uint8Array, 3) };
 }
 
 // Calls a function with the first index and the number of each run of cells of the message "planner" that have a value.

@@ -18,7 +18,7 @@ export const software = (() => {
 
 export const state = window.stillmap = {
   connected: false, connections: 0, bytes: 0, live: false, finished: false, frames: 0, frame: -1, images: 0, noImage: '', boxes: [],
-  points: 0, drawn: 0, movers: 0, red: 0, changes: 0, path: 0, keyframes: 0, zones: 0, planner: false, warnings: 0, active: 0, events: 0,
+  points: 0, drawn: 0, triangles: 0, texture: 0, movers: 0, red: 0, changes: 0, path: 0, keyframes: 0, zones: 0, planner: false, warnings: 0, active: 0, events: 0,
   entries: [], banners: [], unknown: '', rows: {}, hint: '', up: null, upFrom: '', view: 'orbit', fps: 0, renders: 0,
   budget: software ? 3e4 : phone ? 2e5 : 5e5, sharpness: 1, errors: 0,
 };

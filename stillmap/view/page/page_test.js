@@ -43,6 +43,19 @@ test('a path has times, poses and states', () => {
   assert.equal(pathLength(), 3);
 });
 
+test('a mesh has the triangles, points, texture places and JPEG file of a GLB file', () => {
+  const view = (byteOffset, byteLength) => ({ byteOffset, byteLength });
+  let json = JSON.stringify({ images: [{}], bufferViews: [view(0, 12), view(12, 36), view(48, 24), view(72, 3)] });
+  json += ' '.repeat((4 - json.length % 4) % 4);
+  const words = (write, ...values) => values.map((value) => [write, value]), text = words('setUint8', ...[...json].map((c) => c.charCodeAt(0)));
+  const points = [0, 0, 0, 1, 0, 0, 0, 1, 0.5], places = [0, 0, 1, 0, 0, 1];
+  const glb = [...words('setUint32', 4, 0x46546C67, 2, 0, json.length, 0x4E4F534A), ...text, ...words('setUint32', 76, 0x4E4942),
+    ...words('setUint32', 0, 1, 2), ...words('setFloat32', ...points, ...places), ...words('setUint8', 255, 216, 255, 0)];
+  const mesh = decode(bytes(...glb));
+  assert.deepEqual([mesh.type, [...mesh.triangles], [...mesh.positions], [...mesh.places], [...mesh.jpeg]], ['mesh', [0, 1, 2], points, places, [255, 216, 255]]);
+  assert.equal(decode(bytes(...glb.map(([write, value], i) => [write, i > 5 && value === 105 ? 106 : value]))).type, 'no-mesh');
+});
+
 test('text messages are JSON', () => assert.deepEqual(decode('{"type": "finished"}'), { type: 'finished' }));
 
 test('runs of cells give the first index and the number', () => {

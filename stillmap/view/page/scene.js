@@ -15,7 +15,7 @@ export const scene = new THREE.Scene();
 export const world = new THREE.Group();  // the world of the trajectory, turned so that its floor is y = 0
 scene.add(world);
 export const layers = {};
-for (const name of ['cloud', 'path', 'keyframes', 'loops', 'movers', 'objects', 'changes', 'zones', 'points', 'floor', 'obstacles', 'free']) {
+for (const name of ['cloud', 'mesh', 'path', 'keyframes', 'loops', 'movers', 'objects', 'changes', 'zones', 'points', 'floor', 'obstacles', 'free']) {
   layers[name] = new THREE.Group();
   world.add(layers[name]);
 }
