@@ -221,7 +221,7 @@ void add_dense_options(CLI::App& command, DenseOutputs& outputs) {
   command
       .add_option_function<std::string>(
           "--mesh", [&outputs](const std::string& formats) { outputs.mesh = split(formats); },
-          "also write a colored triangle mesh; several formats with commas")
+          "also write a mesh: glb or obj with a texture, ply with colors; several with commas")
       ->expected(0, 1)
       ->type_name("{ply,obj,glb}")
       ->default_str("ply");

@@ -124,7 +124,7 @@ class Smoke(unittest.TestCase):
         self.output_of(python, "-m", "unittest", "lab.lab_test.Surface")
         printed = self.output_of(python, "-m", "lab", "surface", self.sequence, "--out", self.folder / "surface", "--program",
                                  STILLMAP, "--lab-program", STILLMAP_LAB)
-        self.assertEqual(len(re.findall(r"(?m)^\| office \| (?:Stillmap|Open3D) .* \| \d+ \| \d+ \| \d+\.\d, ", printed)), 4)
+        self.assertEqual(len(re.findall(r"(?m)^\| office \| (?:Stillmap|Open3D) .* \| \d+ \| \d+ \| \d+\.\d, ", printed)), 5)
 
     def test_starts(self):
         out = self.folder / "starts"

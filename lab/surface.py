@@ -15,6 +15,8 @@ at least 3. Masks: mask/ of the sequence if it exists, otherwise people of the n
 
 Needs: python3 -m venv build/surface_venv && build/surface_venv/bin/pip install open3d scikit-image
 """
+import io
+import json
 import sys
 from pathlib import Path
 
@@ -24,6 +26,7 @@ try:
     import numpy as np
     import open3d as o3d
     from scipy import ndimage
+    from skimage.io import imread
     from skimage.metrics import structural_similarity
 except ImportError as missing:  # only this subcommand needs them
     np, MISSING = None, missing.name
@@ -185,8 +188,11 @@ class MeshMap:
     """A triangle mesh with colors of its vertices, drawn by casting rays."""
 
     def __init__(self, mesh):
-        self.vertices, self.triangles = array(mesh.vertex["positions"]), array(mesh.triangle["indices"])
         self.colors = colors_of(mesh.vertex)
+        self.set_surface(array(mesh.vertex["positions"]), array(mesh.triangle["indices"]))
+
+    def set_surface(self, vertices, triangles):
+        self.vertices, self.triangles = vertices, triangles
         self.scene = o3d.t.geometry.RaycastingScene()
         self.scene.add_triangles(o3d.core.Tensor(self.vertices), o3d.core.Tensor(self.triangles.astype(np.uint32)))
 
@@ -211,8 +217,29 @@ class MeshMap:
         found = np.isfinite(distance)
         uv, color = array(hit["primitive_uvs"])[found], np.zeros((*distance.shape, 3), np.float32)
         weights = np.stack([1 - uv.sum(1), uv[:, 0], uv[:, 1]], 1)[:, :, None]
-        color[found] = (weights * self.colors[self.triangles[triangle[found]]]).sum(1)
+        color[found] = self.colors_at(self.triangles[triangle[found]], weights)
         return np.where(found, distance * direction, 0), color
+
+    def colors_at(self, corners, weights):
+        return (weights * self.colors[corners]).sum(1)
+
+
+class TexturedMap(MeshMap):
+    """Stillmap's mesh.glb: triangles, vertices, their places in the texture, and the texture are its four views of bytes."""
+
+    def __init__(self, file):
+        content = file.read_bytes()
+        size = int.from_bytes(content[12:16], "little")
+        views = json.loads(content[20:20 + size])["bufferViews"]
+        parts = [content[28 + size + view["byteOffset"]:][:view["byteLength"]] for view in views]
+        self.set_surface(np.frombuffer(parts[1], np.float32).reshape(-1, 3), np.frombuffer(parts[0], np.uint32).reshape(-1, 3))
+        self.places = np.frombuffer(parts[2], np.float32).reshape(-1, 2)
+        self.image = imread(io.BytesIO(parts[3])).astype(np.float32) / 255
+        self.colors = np.zeros_like(self.vertices)  # of samples, whose places are judged
+
+    def colors_at(self, corners, weights):
+        x, y = (weights * self.places[corners]).sum(1).T * np.array(self.image.shape[1::-1])[:, None] - 0.5
+        return np.stack([ndimage.map_coordinates(self.image[:, :, c], [y, x], order=1, mode="nearest") for c in range(3)], 1)
 
 
 def maps_of(run, recording, pairs):
@@ -221,6 +248,7 @@ def maps_of(run, recording, pairs):
     points, mesh = integrated(recording, pairs)
     return {"Stillmap `cloud.ply`": PointMap(array(cloud.point["positions"]), colors_of(cloud.point)),
             "Stillmap `mesh.ply`": MeshMap(o3d.t.io.read_triangle_mesh(str(run / "mesh.ply"))),
+            "Stillmap `mesh.glb`": TexturedMap(run / "mesh.glb"),
             "Open3D points": PointMap(array(points.point["positions"]), colors_of(points.point)),
             "Open3D mesh": MeshMap(mesh)}
 
@@ -327,7 +355,7 @@ def measure(sequence, arguments):
     out.mkdir(parents=True, exist_ok=True)
     mapped, left_out = split(sequence, out)
     run, masks, simulated = out / "run", sequence / "mask", (sequence / "mask").is_dir()
-    words = ["--associations", mapped, "--mesh=ply", "--planner", *(["--masks", masks] if simulated else [])]
+    words = ["--associations", mapped, "--mesh=ply,glb", "--planner", *(["--masks", masks] if simulated else [])]
     command = core.run_command(arguments.program, sequence, run, words, None if simulated else arguments.model)
     core.ensure_run(sequence.name, command, run)
     if not simulated and arguments.model:

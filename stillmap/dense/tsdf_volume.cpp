@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/tsdf_volume.hpp"
 
+#include "stillmap/base/parallel_for.hpp"
 #include "stillmap/dense/depth_weight.hpp"
 
 #include <algorithm>
@@ -38,14 +39,16 @@ void TsdfVolume::integrate(const DenseView& view, const Pose& T_world_camera,
   const Pose T_camera_world = T_world_camera.inverse();
   const double side = options_.voxel * kSide, radius = 0.87 * side;  // half a diagonal
   const Camera& camera = view.camera;
-  for (std::uint32_t i = 0; i < blocks_.size(); ++i) {
-    const Eigen::Vector3d center = T_camera_world * center_of(index_.voxel(i), side);
-    if (center.z() < radius) continue;
+  const auto update_block = [&](std::size_t i) {
+    const Voxel number = index_.voxel(static_cast<std::uint32_t>(i));
+    const Eigen::Vector3d center = T_camera_world * center_of(number, side);
+    if (center.z() < radius) return;
     const Eigen::Vector2d pixel = camera.project(center);
     const double margin = -1.5 * radius * camera.fx / (center.z() - 0.9 * radius);
-    if (!camera.contains(pixel.x(), pixel.y(), margin)) continue;
-    update(blocks_[i], corner_of(index_.voxel(i), side), view, T_camera_world, surface);
-  }
+    if (!camera.contains(pixel.x(), pixel.y(), margin)) return;
+    update(blocks_[i], corner_of(number, side), view, T_camera_world, surface);
+  };
+  parallel_for(blocks_.size(), all_threads(), [&] { return update_block; });
 }
 
 // Adds blocks along the rays to all surfaces, up to the truncation distance.
@@ -129,9 +132,17 @@ class SurfaceNets {
   using Voxel8 = TsdfVolume::Voxel8;
   using Cube = std::array<const Voxel8*, 8>;  // corner i: x bit 0, y bit 1, z bit 2
 
-  /// Returns the eight voxels from `voxel` on; null where there is none.
-  Cube cube_at(const Lattice& voxel) const {
+  /// Returns the eight voxels from `voxel` on, which has place `i` in a block; null where there is
+  /// none.
+  Cube cube_at(const TsdfVolume::Block& block, int i, const Lattice& voxel) const {
     Cube cube;
+    const bool inside =
+        i % kSide < kSide - 1 && i / kSide % kSide < kSide - 1 && i / kSide / kSide < kSide - 1;
+    for (int corner = 0; corner < 8 && inside; ++corner) {
+      const int step = place(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+      cube[static_cast<std::size_t>(corner)] = &block[static_cast<std::size_t>(i + step)];
+    }
+    if (inside) return cube;
     for (int corner = 0; corner < 8; ++corner) {
       cube[static_cast<std::size_t>(corner)] =
           volume_.at(voxel + Lattice(corner & 1, corner >> 1 & 1, corner >> 2 & 1));
@@ -154,13 +165,13 @@ class SurfaceNets {
     const Lattice corner = kSide * lattice_of(volume_.index_.voxel(number));
     for (int i = 0; i < kSide * kSide * kSide; ++i) {
       const Lattice voxel = corner + Lattice(i % kSide, i / kSide % kSide, i / kSide / kSide);
-      vertices_of_[number][static_cast<std::size_t>(i)] = add_vertex(voxel);
+      vertices_of_[number][static_cast<std::size_t>(i)] =
+          add_vertex(voxel, cube_at(volume_.blocks_[number], i, voxel));
     }
   }
 
   /// Adds the mean of the intersections with the edges of the cube at `voxel`, if there are any.
-  std::uint32_t add_vertex(const Lattice& voxel) {
-    const Cube cube = cube_at(voxel);
+  std::uint32_t add_vertex(const Lattice& voxel, const Cube& cube) {
     Eigen::Vector3f sum = Eigen::Vector3f::Zero();
     float crossings = 0;
     for (int a = 0; a < 8; ++a) {
