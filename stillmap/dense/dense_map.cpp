@@ -71,42 +71,6 @@ void refine(PlacedMap& placed) {
   keep_one_per_voxel(placed);
 }
 
-/// Removes the points of one view with fewer than two others within 2.5 voxels: pixels between two
-/// surfaces, or of a far one.
-void remove_isolated(PlacedMap& placed) {
-  constexpr int kReach = 2, kFewest = 2;
-  constexpr double kRadius = 2.5;
-  VoxelIndex index;
-  std::vector<Lattice> at;
-  for (const Eigen::Vector3f& point : placed.points) {
-    const auto voxel = voxel_at(point.cast<double>(), placed.grid->edge());
-    if (voxel) index.add(*voxel);
-    at.push_back(voxel ? lattice_of(*voxel) : Lattice::Zero());
-  }
-  const auto others_near = [&](const Lattice& voxel) {
-    int others = -1;  // without the point itself
-    for (int x = -kReach; x <= kReach; ++x) {
-      for (int y = -kReach; y <= kReach; ++y) {
-        for (int z = -kReach; z <= kReach && others < kFewest; ++z) {
-          const Lattice offset(x, y, z);
-          if (offset.squaredNorm() > kRadius * kRadius) continue;
-          others += index.find(voxel_of(voxel + offset)) != VoxelIndex::kNone;
-        }
-      }
-    }
-    return others;
-  };
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < placed.points.size(); ++i) {
-    const bool seen_once = placed.grid->cell(placed.cells[i]).views < 2;
-    if (seen_once && others_near(at[i]) < kFewest) continue;
-    placed.cells[kept] = placed.cells[i];
-    placed.points[kept++] = placed.points[i];
-  }
-  placed.cells.resize(kept);
-  placed.points.resize(kept);
-}
-
 }  // namespace
 
 PoseLookup pose_lookup(const std::map<std::uint64_t, Pose>& poses) {
@@ -328,10 +292,7 @@ PlacedMap DenseMap::place(const PoseLookup& T_world_camera) const {
     }
   }
   for (const std::uint32_t cell : placed.cells) placed.points.push_back(placed.grid->mean(cell));
-  if (options_.fuse) {
-    refine(placed);
-    remove_isolated(placed);
-  }
+  if (options_.fuse) refine(placed);
   placed.gains = color_gains(placed.points, placed.views);
   return placed;
 }

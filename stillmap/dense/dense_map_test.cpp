@@ -309,32 +309,6 @@ TEST(DenseMap, AveragesTheFramesUntilTheNextView) {
   EXPECT_FALSE(apart.open_view());
 }
 
-// A wall, and two pixels of one of three views that show something else in front of it.
-TEST(DenseMap, HasNoIsolatedPoints) {
-  const Camera camera = small_camera();
-  const RgbdFrame wall = frame_of(camera, [](int, int) { return 2.0; });
-  RgbdFrame other = frame_of(camera, [](int, int) { return 2.0; });
-  other.depth.at<float>(40, 2) = other.depth.at<float>(80, 2) = 1.7F;
-  for (const bool fuse : {true, false}) {
-    DenseOptions options;
-    options.fuse = fuse;
-    options.outliers.neighbors = 0;
-    options.back_projection.max_jump = 1;
-    options.back_projection.stride = 1;
-    DenseMap map(camera, options);
-    const auto pose = [](std::uint64_t i) {
-      return std::optional(
-          Pose(Eigen::Quaterniond::Identity(), {0.5 * static_cast<double>(i), 0, 0}));
-    };
-    for (std::uint64_t i = 0; i < 3; ++i) map.add(i, i == 0 ? other : wall, {});
-    const PlacedMap placed = map.place(pose);
-    ASSERT_GT(placed.points.size(), 1000U);
-    const auto apart =
-        std::ranges::count_if(placed.points, [](const auto& p) { return p.z() < 1.9; });
-    EXPECT_EQ(apart, fuse ? 0 : 2);
-  }
-}
-
 // A wall behind a person, who is gone in the next frame.
 TEST(DenseMap, ViewsHavePhotosWithoutPeopleWhoLeave) {
   const Camera camera = small_camera();
