@@ -114,18 +114,11 @@ bool DenseMap::add_if_new(std::uint64_t id, const RgbdFrame& frame, const cv::Ma
 void DenseMap::add(std::uint64_t id, MadeView made, const RgbdFrame& frame,
                    const std::optional<Pose>& T_world_camera) {
   outliers_ += made.outliers;
-  const bool opens = options_.fuse && T_world_camera && is_finite(*T_world_camera);
-  if (!opens) made.view.photo = photo_of(frame.color);
-  add(id, std::move(made.view), frame.color, T_world_camera);
+  made.view.photo = photo_of(frame.color);
+  add(id, std::move(made.view), T_world_camera);
 }
 
 void DenseMap::add(std::uint64_t id, DenseView view, const std::optional<Pose>& T_world_camera) {
-  add(id, std::move(view), {}, T_world_camera);
-}
-
-/// @param image  in full size, for the photo of a view in which depths are averaged
-void DenseMap::add(std::uint64_t id, DenseView view, const cv::Mat3b& image,
-                   const std::optional<Pose>& T_world_camera) {
   close_view();
   remove(id);
   pixels_ += view.depth.total();
@@ -135,14 +128,12 @@ void DenseMap::add(std::uint64_t id, DenseView view, const cv::Mat3b& image,
   if (T_world_camera && is_finite(*T_world_camera)) live_->add(id, held->second, *T_world_camera);
   if (pixels_ > static_cast<std::size_t>(options_.many_pixels)) replace_same_viewpoint(id);
   page_out_oldest();
-  if (options_.fuse && T_world_camera && is_finite(*T_world_camera))
-    open(id, image, *T_world_camera);
+  if (options_.fuse && T_world_camera && is_finite(*T_world_camera)) open(id, *T_world_camera);
 }
 
-void DenseMap::open(std::uint64_t id, const cv::Mat3b& image, const Pose& T_world_camera) {
-  newest_ = {
-      id, T_world_camera,
-      std::make_unique<OpenView>(*views_.at(id), image, options_.back_projection, options_.far)};
+void DenseMap::open(std::uint64_t id, const Pose& T_world_camera) {
+  newest_ = {id, T_world_camera,
+             std::make_unique<OpenView>(*views_.at(id), options_.back_projection, options_.far)};
 }
 
 std::optional<std::uint64_t> DenseMap::open_view() const {
@@ -155,12 +146,10 @@ void DenseMap::fuse(const RgbdFrame& frame, const cv::Mat1b& movers, const Pose&
 }
 
 void DenseMap::close_view() {
-  if (newest_) {
+  if (newest_ && newest_->depths->frames() > 0) {
     DenseView& view = *views_.at(newest_->id);
     bytes_in_memory_ -= view.bytes_in_memory();
-    cv::Mat1b photo = newest_->depths->photo();
-    view = newest_->depths->frames() > 0 ? newest_->depths->fused() : copy_of(view);
-    view.photo = std::move(photo);
+    view = newest_->depths->fused();
     bytes_in_memory_ += view.bytes_in_memory();
     in_memory_.insert(newest_->id);
   }

@@ -176,9 +176,7 @@ class DenseMap {
   void page_out_oldest();
   void add(std::uint64_t id, MadeView made, const RgbdFrame& frame,
            const std::optional<Pose>& T_world_camera);
-  void add(std::uint64_t id, DenseView view, const cv::Mat3b& image,
-           const std::optional<Pose>& T_world_camera);
-  void open(std::uint64_t id, const cv::Mat3b& image, const Pose& T_world_camera);
+  void open(std::uint64_t id, const Pose& T_world_camera);
   std::shared_ptr<const StaticGrid> grid_of(const std::vector<PosedView>& views) const;
 
   Camera camera_;

@@ -310,7 +310,7 @@ TEST(DenseMap, AveragesTheFramesUntilTheNextView) {
 }
 
 // A wall behind a person, who is gone in the next frame.
-TEST(DenseMap, ViewsHavePhotosWithoutPeopleWhoLeave) {
+TEST(DenseMap, ViewsHaveTheirPhotosAndKnowThePixelsOfOtherFrames) {
   const Camera camera = small_camera();
   const auto wall = [&](int gray) {
     RgbdFrame frame = frame_of(camera, [](int, int) { return 2.0; });
@@ -330,10 +330,14 @@ TEST(DenseMap, ViewsHavePhotosWithoutPeopleWhoLeave) {
     map.add(0, with_person, mask, Pose());
     map.fuse(wall(100), {}, Pose());
     map.close_view();
-    const cv::Mat3b photo = image_of(map.views().at(0)->photo);
+    const DenseView& view = *map.views().at(0);
+    const cv::Mat3b photo = image_of(view.photo);
     ASSERT_EQ(photo.size(), cv::Size(camera.width, camera.height));
     EXPECT_NEAR(photo(10, 10)[0], 100, 5);
-    EXPECT_NEAR(photo(60, 75)[0], fuse ? 100 : 250, 5);
+    EXPECT_NEAR(photo(60, 75)[0], 250, 5);
+    const cv::Mat1b others = pixels_of_others(view, photo);
+    EXPECT_EQ(others(5, 5), 0);
+    EXPECT_EQ(others(30, 37), fuse ? 255 : 0);
   }
 }
 

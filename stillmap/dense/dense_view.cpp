@@ -133,6 +133,20 @@ cv::Mat3b image_of(const cv::Mat1b& photo) {
   return photo.empty() ? cv::Mat3b() : cv::Mat3b(decode_jpeg({photo.data, photo.total()}).image);
 }
 
+cv::Mat1b pixels_of_others(const DenseView& view, const cv::Mat3b& image) {
+  constexpr int kLargest = 40;  // error of a channel of the JPEG file
+  cv::Mat1b others = cv::Mat1b::zeros(view.color.size());
+  for (int row = 0; row < others.rows; ++row) {
+    for (int col = 0; col < others.cols; ++col) {
+      const cv::Vec3b &own = image(row * view.stride, col * view.stride),
+                      &pixel = view.color(row, col);
+      for (int c = 0; c < 3; ++c)
+        if (std::abs(int{own[c]} - int{pixel[c]}) > kLargest) others(row, col) = 255;
+    }
+  }
+  return others;
+}
+
 Camera photo_camera(const DenseView& view) {
   Camera camera = view.camera;
   for (double* x : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *x *= view.stride;

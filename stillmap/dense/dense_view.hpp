@@ -46,8 +46,8 @@ struct DenseView {
   cv::Mat1w depth = {};  ///< All measured depths, in units of kDepthUnit; 0 if unknown.
   cv::Mat3b color = {};  ///< B G R.
   cv::Mat1b kind = {};   ///< PixelKind.
-  /// The image in full size as the bytes of a JPEG file, for textures; empty while depths are
-  /// averaged in the view, and in maps of former programs.
+  /// The image of its own frame in full size as the bytes of a JPEG file; empty in maps of former
+  /// programs. `color` differs from it where another frame showed a surface behind a mover.
   cv::Mat1b photo = {};
   std::vector<ViewInstance> instances = {};  ///< By PixelKind.
   /// Number of the visit that made it, ascending with time: what a later visit shows has appeared
@@ -102,6 +102,9 @@ MadeView make_dense_view(const Camera& camera, const RgbdFrame& frame, const cv:
 /// one.
 cv::Mat1b photo_of(const cv::Mat3b& image);
 cv::Mat3b image_of(const cv::Mat1b& photo);
+
+/// Returns the pixels of a view that are not those of the image of its photo: 255.
+cv::Mat1b pixels_of_others(const DenseView& view, const cv::Mat3b& image);
 
 /// Returns the camera of the photo of a view.
 Camera photo_camera(const DenseView& view);

@@ -30,14 +30,9 @@ float farthest(const DepthSensor& sensor, const BackProjectionOptions& near,
 
 }  // namespace
 
-OpenView::OpenView(const DenseView& view, const cv::Mat3b& image,
-                   const BackProjectionOptions& options, const FarOptions& far)
-    : view_(&view),
-      options_(options),
-      far_(far),
-      depth_(view),
-      color_(view.color.clone()),
-      image_(image.clone()) {}
+OpenView::OpenView(const DenseView& view, const BackProjectionOptions& options,
+                   const FarOptions& far)
+    : view_(&view), options_(options), far_(far), depth_(view), color_(view.color.clone()) {}
 
 void OpenView::fuse(const Camera& camera, const RgbdFrame& frame, const cv::Mat1b& movers,
                     const Pose& T_view_frame) {
@@ -67,7 +62,7 @@ void OpenView::fill(const Camera& camera, const cv::Mat1f& depth, const cv::Mat3
       if (!(z > 0) || c < 0 || r < 0 || c >= nearest.cols || r >= nearest.rows) continue;
       if (depth_.at(r, c) > 0 || (nearest(r, c) > 0 && nearest(r, c) <= z)) continue;
       nearest(r, c) = z;
-      set_color(r, c, color(row, col));
+      color_(r, c) = color(row, col);
     }
   }
   for (int r = 0; r < nearest.rows; ++r) {
@@ -75,14 +70,6 @@ void OpenView::fill(const Camera& camera, const cv::Mat1f& depth, const cv::Mat3
       if (nearest(r, c) > 0) depth_.set(r, c, nearest(r, c));
     }
   }
-}
-
-/// Sets the color of a pixel of the view, and of those of the image up to the next pixels.
-void OpenView::set_color(int row, int col, const cv::Vec3b& color) {
-  color_(row, col) = color;
-  const int stride = view_->stride;
-  const cv::Rect pixels(col * stride, row * stride, stride, stride);
-  image_(pixels & cv::Rect({}, image_.size())) = color;
 }
 
 bool OpenView::is_supported(int row, int col) const {
@@ -109,10 +96,6 @@ PixelKind OpenView::fused_kind(const cv::Mat1f& depth, int row, int col) const {
   if (same) return own;  // which is not at a jump in all pixels of its frame
   const float jump = std::max(static_cast<float>(options_.max_jump) * z, kJumpNoise * sigma);
   return at_jump(depth, col, row, jump) ? kNoSurface : kStaticSurface;
-}
-
-cv::Mat1b OpenView::photo() const {
-  return image_.empty() ? view_->photo.clone() : photo_of(image_);
 }
 
 DenseView OpenView::fused() const {

@@ -18,9 +18,7 @@ namespace stillmap {
 class OpenView {
  public:
   /// @param view  as made of its own frame; must outlive the object
-  /// @param image of that frame in full size, or empty
-  OpenView(const DenseView& view, const cv::Mat3b& image, const BackProjectionOptions& options,
-           const FarOptions& far);
+  OpenView(const DenseView& view, const BackProjectionOptions& options, const FarOptions& far);
 
   /// Adds a frame.
   /// @param movers pixels of objects that move or may move (not zero), height x width; empty for
@@ -34,16 +32,12 @@ class OpenView {
   /// too few of the frames support is left out.
   DenseView fused() const;
 
-  /// Returns the photo of the view: the image, with the colors of fused().
-  cv::Mat1b photo() const;
-
   /// Returns the number of frames that were added.
   int frames() const { return frames_; }
 
  private:
   void fill(const Camera& camera, const cv::Mat1f& depth, const cv::Mat3b& color,
             const Pose& T_view_frame);
-  void set_color(int row, int col, const cv::Vec3b& color);
   bool is_supported(int row, int col) const;
   bool is_near(float depth, float sigma) const;
   PixelKind fused_kind(const cv::Mat1f& depth, int row, int col) const;
@@ -52,7 +46,7 @@ class OpenView {
   BackProjectionOptions options_;
   FarOptions far_;
   FusedDepth depth_;
-  cv::Mat3b color_, image_;
+  cv::Mat3b color_;
   int frames_ = 0;
 };
 

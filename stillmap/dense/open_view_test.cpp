@@ -26,7 +26,7 @@ cv::Mat1b person_mask() {
 
 DenseView fused_with(const DenseView& view, int frames, const RgbdFrame& frame,
                      const cv::Mat1b& movers) {
-  OpenView open(view, {}, {}, {});
+  OpenView open(view, {}, {});
   for (int i = 0; i < frames; ++i) open.fuse(small_camera(), frame, movers, Pose());
   return open.fused();
 }
@@ -60,7 +60,7 @@ TEST(OpenView, LeavesOutWhatOneOfManyFramesShows) {
   RgbdFrame hole = room(false);
   hole.depth(cv::Rect(60, 0, 40, small_camera().height)).setTo(0);
   const DenseView view = make_dense_view(small_camera(), hole, {}).view;
-  OpenView open(view, {}, {}, {});
+  OpenView open(view, {}, {});
   open.fuse(small_camera(), room(true), {}, Pose());
   for (int i = 0; i < 4; ++i) open.fuse(small_camera(), hole, {}, Pose());
   EXPECT_EQ(open.fused().kind(kRow, kMiddle), kNoSurface);
@@ -81,7 +81,7 @@ TEST(OpenView, ManyUncertainDepthsAreCertain) {
 
 TEST(OpenView, WithoutFramesTheViewStaysAsItIs) {
   const DenseView view = make_dense_view(small_camera(), room(true), person_mask()).view;
-  const DenseView fused = OpenView(view, {}, {}, {}).fused();
+  const DenseView fused = OpenView(view, {}, {}).fused();
   EXPECT_EQ(cv::countNonZero(fused.kind != view.kind), 0);
 }
 

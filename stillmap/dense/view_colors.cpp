@@ -35,6 +35,27 @@ struct ColorSample {
   bool is_shown;  // whether the pixels show the point, not something else on its ray
 };
 
+/// The image of the photo of a view, and the pixels that other frames gave the view; both empty
+/// without one.
+struct Photo {
+  cv::Mat3b image;
+  cv::Mat1b others;
+};
+
+Photo photo_with_others(const DenseView& view) {
+  Photo photo{image_of(view.photo), {}};
+  if (!photo.image.empty()) photo.others = pixels_of_others(view, photo.image);
+  return photo;
+}
+
+/// Returns whether the photo shows what the view shows at a point.
+bool shows(const Photo& photo, const ProjectedPoint& point) {
+  if (photo.image.empty()) return false;
+  for (int i = 0; i < 4; ++i)
+    if (photo.others(point.row + i / 2, point.col + i % 2) != 0) return false;
+  return true;
+}
+
 /// Returns the color of a photo at a point of its view, interpolated between pixels.
 Eigen::Vector3f photo_color(const cv::Mat3b& photo, int stride, const ProjectedPoint& point) {
   const auto at = [&](int pixel, float part, int size) {
@@ -51,7 +72,7 @@ Eigen::Vector3f photo_color(const cv::Mat3b& photo, int stride, const ProjectedP
 }
 
 /// @param photo  of the view; empty: the colors are those of its pixels
-ColorSample color_at(const DenseView& view, const cv::Mat3b& photo, const ProjectedPoint& point,
+ColorSample color_at(const DenseView& view, const Photo& photo, const ProjectedPoint& point,
                      float tolerance) {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero(), all = Eigen::Vector3f::Zero();
   float shown = 0;
@@ -68,7 +89,8 @@ ColorSample color_at(const DenseView& view, const cv::Mat3b& photo, const Projec
   }
   const float near = 1 / (point.z * point.z * point.z * point.z);
   if (shown < kShown) return {all, kHidden * near, false};
-  if (!photo.empty()) return {photo_color(photo, view.stride, point), shown * near, true};
+  if (shows(photo, point))
+    return {photo_color(photo.image, view.stride, point), shown * near, true};
   return {sum / shown, shown * near, true};
 }
 
@@ -80,7 +102,7 @@ void for_each_sample(const PointGroups& points, const std::vector<PosedView>& vi
   constexpr float kMargin = 1;  // the surface of a pixel reaches beyond its center [pixels]
   for (std::size_t number = 0; number < views.size(); ++number) {
     const DenseView& view = *views[number].view;
-    const cv::Mat3b photo = source == ColorSource::kPhoto ? image_of(view.photo) : cv::Mat3b();
+    const Photo photo = source == ColorSource::kPhoto ? photo_with_others(view) : Photo();
     const auto agreement = view.camera.depth_sensor.tolerance<float>(kSigmas, kFloor);
     const auto use_color = [&](std::size_t i, const ProjectedPoint& at) {
       use(number, i, color_at(view, photo, at, agreement.at(at.z)));

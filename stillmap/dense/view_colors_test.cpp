@@ -97,6 +97,18 @@ TEST_F(ViewsOfAWall, ShowFinerDetailsInTheirPhotos) {
   EXPECT_NEAR(fine[1][1], 200, 12);
 }
 
+/// A pixel that another frame gave the view, where the photo shows a person.
+TEST_F(ViewsOfAWall, HaveNoColorsOfPeopleInTheirPhotos) {
+  add({0, 0, 0}, 1);
+  cv::Mat3b image(held_[0]->color.size());
+  held_[0]->color.copyTo(image);
+  const std::vector<Eigen::Vector3f> points{{0, 0, 2}};
+  image(cv::Rect(image.cols / 2 - 20, image.rows / 2 - 20, 40, 40)).setTo(cv::Scalar::all(250));
+  held_[0]->photo = photo_of(image);
+  const std::vector<Eigen::Vector3f> gains(1, Eigen::Vector3f::Ones());
+  EXPECT_NEAR(surface_colors(points, views_, gains, ColorSource::kPhoto)[0][1], green(0), 2);
+}
+
 TEST_F(ViewsOfAWall, DoNotColorWhatIsBehindIt) {
   add({0, 0, 0}, 1);
   add({0, 0, 2.5}, 0.5F);  // behind the wall, nothing in view

@@ -102,6 +102,8 @@ std::optional<DistanceField> distance_field(const Cloud& cloud, double cell, dou
   if (!(margin >= 0 && std::isfinite(margin)))
     throw Error(fmt::format("the margin is {} m", margin), kWhere, "give 0 or a positive one");
   if (cloud.empty()) return std::nullopt;
+  if (!std::ranges::all_of(cloud.points, [](const auto& p) { return p.allFinite(); }))
+    throw Error("a point is not finite", kWhere, "leave it out");
   Eigen::AlignedBox3d extent;
   for (const Eigen::Vector3f& p : cloud.points) extent.extend(p.cast<double>());
   const Eigen::Array3d first = ((extent.min().array() - margin) / cell).floor();

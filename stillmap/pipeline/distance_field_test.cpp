@@ -69,6 +69,9 @@ TEST(DistanceField, RefusesValuesOutOfRange) {
   EXPECT_THAT(refused(0, 1), HasSubstr("side of a cell is 0 m"));
   EXPECT_THAT(refused(0.1, -1), HasSubstr("margin is -1 m"));
   EXPECT_THAT(refused(1e-4, 1), HasSubstr("give larger cells"));
+  Cloud damaged = scattered();
+  damaged.points[1].y() = std::nanf("");
+  EXPECT_THAT(test::error_of([&] { distance_field(damaged); }), HasSubstr("not finite"));
 }
 
 }  // namespace

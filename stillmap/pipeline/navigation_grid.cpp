@@ -2,6 +2,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/slam.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -35,6 +36,10 @@ std::vector<Eigen::Vector3d> in_map(const Cloud& cloud, const Pose& T_map_world)
   points.reserve(cloud.size());
   for (const Eigen::Vector3f& p : cloud.points) points.push_back(T_map_world * p.cast<double>());
   return points;
+}
+
+bool is_finite(const std::vector<Eigen::Vector3d>& points) {
+  return std::ranges::all_of(points, [](const auto& p) { return p.allFinite(); });
 }
 
 /// Marks cells of a grid by positions.
@@ -90,6 +95,8 @@ std::optional<NavigationGrid> navigation_grid(const Cloud& cloud,
   for (const Eigen::Vector3d& p : points) contain(p);
   for (const Eigen::Vector3d& at : way) contain(T_map_world * at);
   if (extent.isEmpty()) return std::nullopt;
+  if (!is_finite(points) || !is_finite(way))
+    throw Error("a position is not finite", "navigation_grid", "leave it out");
   if (!(extent.volume() / (options.cell * options.cell) < kMostCells))
     throw Error(fmt::format("{:g} x {:g} m have too many cells of {:g} m", extent.sizes().x(),
                             extent.sizes().y(), options.cell),

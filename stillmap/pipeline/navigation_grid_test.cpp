@@ -68,6 +68,10 @@ TEST(NavigationGrid, RefusesWhatMakesNoGrid) {
     return test::error_of([&] { navigation_grid(room(), {}, Pose(), options); });
   };
   EXPECT_FALSE(navigation_grid({}, {}, Pose()));
+  EXPECT_THAT(test::error_of([] {
+                navigation_grid(room(), {{0, std::nan(""), 0}}, Pose());
+              }),
+              HasSubstr("not finite"));
   EXPECT_THAT(error({.cell = 0}), HasSubstr("side of a cell"));
   EXPECT_THAT(error({.lowest = 2}), HasSubstr("exchange them"));
   EXPECT_THAT(error({.radius = -1}), HasSubstr("radius"));

@@ -153,7 +153,13 @@ std::string las_bytes(const Cloud& cloud, const Pose& T_map_world) {
 cv::Mat1b static_mask(const PosedView& view, const StaticGrid& grid) {
   const cv::Mat1b& kind = view.view->kind;
   const cv::Mat kept = static_pixels(view, grid);
+  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
   cv::Mat1b movers = kind == std::uint8_t{kMoverSurface};
+  if (const cv::Mat3b image = image_of(view.view->photo); !image.empty()) {
+    cv::Mat1b others = pixels_of_others(*view.view, image);
+    cv::morphologyEx(others, others, cv::MORPH_OPEN, square);  // without single pixels
+    movers |= others;
+  }
   cv::Mat1b removed = cv::Mat1b::zeros(kind.size());
   for (int row = 0; row < kind.rows; ++row) {
     for (int col = 0; col < kind.cols; ++col) {
@@ -161,7 +167,6 @@ cv::Mat1b static_mask(const PosedView& view, const StaticGrid& grid) {
         removed(row, col) = 255;
     }
   }
-  const cv::Mat square = cv::getStructuringElement(cv::MORPH_RECT, {3, 3});
   cv::dilate(movers, movers, square);                          // a mask ends between two pixels
   cv::morphologyEx(removed, removed, cv::MORPH_OPEN, square);  // without single pixels
   return ~(movers | removed);

@@ -42,7 +42,7 @@ nlohmann::json nerfstudio_transforms(const PosedImages& scene);
 /// @param T_map_world  to the frame of the file, whose z axis is up
 std::string las_bytes(const Cloud& cloud, const Pose& T_map_world);
 
-/// Returns 0 for the pixels of a view that show movers, or surfaces that the votes of other views
+/// Returns 0 for the pixels whose photo shows movers, or surfaces that the votes of other views
 /// removed; 255 for all others.
 cv::Mat1b static_mask(const PosedView& view, const StaticGrid& grid);
 
