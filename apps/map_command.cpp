@@ -253,7 +253,7 @@ void write_map_files(const SavedMap& saved, ResultFolder& folder) {
     folder.write("cloud.ply", [&](const fs::path& file) { write_ply(file, dense_cloud(saved)); });
 }
 
-bool has_no_photo(const PosedView& posed) { return posed.view->photo.empty(); }
+bool has_no_photo(const PosedView& posed) { return image_of(posed.view->photo).empty(); }
 
 /// Writes the photos, masks and depths of the views of a placed map.
 class ImageWriter {

@@ -135,6 +135,12 @@ cv::Mat3b image_of(const cv::Mat1b& photo) {
 
 cv::Mat1b pixels_of_others(const DenseView& view, const cv::Mat3b& image) {
   constexpr int kLargest = 40;  // error of a channel of the JPEG file
+  const auto fits = [&](int lattice, int size) {
+    return (std::int64_t{lattice} - 1) * view.stride < size;
+  };
+  // A damaged file may contain an image of any size.
+  if (!fits(view.color.rows, image.rows) || !fits(view.color.cols, image.cols))
+    return {view.color.size(), 255};
   cv::Mat1b others = cv::Mat1b::zeros(view.color.size());
   for (int row = 0; row < others.rows; ++row) {
     for (int col = 0; col < others.cols; ++col) {

@@ -87,5 +87,13 @@ TEST(DenseView, RefusesImagesOfOtherSizes) {
   EXPECT_THROW(view_of_frame(frame), Error);
 }
 
+TEST(DenseView, UsesNoPhotoOfAnotherSize) {
+  RgbdFrame frame = frame_of(small_camera(), [](int, int) { return 2.0; });
+  const DenseView view = make_dense_view(small_camera(), frame, {}).view;
+  EXPECT_EQ(cv::countNonZero(pixels_of_others(view, frame.color)), 0);
+  const cv::Mat1b others = pixels_of_others(view, cv::Mat3b(5, 7, cv::Vec3b(0, 0, 0)));
+  EXPECT_EQ(cv::countNonZero(others == 255), static_cast<int>(view.color.total()));
+}
+
 }  // namespace
 }  // namespace stillmap
