@@ -16,12 +16,13 @@ namespace {
 constexpr double kMostCells = 1e8;
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
-/// Returns the point of the field's cells before `p`, and the position of `p` beyond it [cells].
+/// A position between the centers of eight cells.
 struct Between {
-  Eigen::Vector3i low;
-  Eigen::Vector3d part;
+  Eigen::Vector3i low;   // the first of the cells
+  Eigen::Vector3d part;  // from its center [cells]
 };
 
+/// Returns the position in the field; none outside.
 std::optional<Between> between(const DistanceField& field, const Eigen::Vector3d& p_world) {
   const Eigen::Vector3d at = (p_world - field.origin) / field.cell - Eigen::Vector3d::Constant(0.5);
   if (!(at.array().abs() < 1e9).all()) return std::nullopt;
