@@ -2,6 +2,7 @@
 #include "stillmap/dense/semantic_files.hpp"
 
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/dense/cloud.hpp"
 
 #include <cmath>
@@ -55,7 +56,7 @@ TEST(SemanticFiles, LabelEachPointInThePly) {
   EXPECT_EQ(last[17], 2);
   EXPECT_EQ(confidence, 0.75F);
   // A reader of points and colors can read it.
-  const auto file = std::filesystem::temp_directory_path() / "stillmap_semantic_test.ply";
+  const auto file = test::own_path("semantic.ply");
   write_file(file, bytes);
   EXPECT_EQ(read_ply(file), cloud());
   std::filesystem::remove(file);

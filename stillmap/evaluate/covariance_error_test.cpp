@@ -3,9 +3,9 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <random>
-#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -102,8 +102,7 @@ class CovarianceFile : public testing::Test {
     return "";
   }
 
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("stillmap_covariances_" + std::to_string(getpid()));
+  std::filesystem::path folder_ = test::own_path("covariances");
   std::filesystem::path file_ = folder_ / "trajectory_covariance.txt";
 };
 

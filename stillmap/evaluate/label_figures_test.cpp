@@ -2,10 +2,10 @@
 #include "stillmap/evaluate/label_figures.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
 
 #include <filesystem>
-#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -189,8 +189,7 @@ class TruthFiles : public ::testing::Test {
     ASSERT_TRUE(cv::imwrite((folder_ / kind / (std::string(stamp) + ".png")).string(), image));
   }
 
-  const fs::path folder_ =
-      fs::temp_directory_path() / ("stillmap_truth_" + std::to_string(::getpid()));
+  const fs::path folder_ = test::own_path("truth");
 };
 
 TEST_F(TruthFiles, AreJudgedByStamp) {

@@ -2,6 +2,7 @@
 #include "stillmap/evaluate/measured_speed.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/evaluate/motion_truth.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
@@ -9,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <unistd.h>
 #include <vector>
 
 #include <fmt/format.h>
@@ -99,8 +99,7 @@ TEST(MeasuredSpeed, AnObjectMissingInTheOtherImageMoves) {
 
 TEST(MeasuredSpeed, AnObjectThatSwingsBackMoves) {
   // A board that moves by 20 pixels and back, at the same place again every 0.2 s.
-  const fs::path folder =
-      fs::temp_directory_path() / ("stillmap_swing_" + std::to_string(::getpid()));
+  const fs::path folder = test::own_path("swing");
   fs::create_directories(folder / "mask");
   class Swing : public FrameSource {
    public:
@@ -150,8 +149,7 @@ TEST(MeasuredSpeed, AnObjectThatSwingsBackMoves) {
 }
 
 TEST(MeasuredSpeed, IsWrittenForEveryFrameAndReadAsTruth) {
-  const fs::path folder =
-      fs::temp_directory_path() / ("stillmap_speeds_" + std::to_string(::getpid()));
+  const fs::path folder = test::own_path("speeds");
   fs::create_directories(folder);
   SimulationOptions options = half_size("walk", 0, 1);
   options.width = 160;

@@ -3,10 +3,10 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
+#include "stillmap/base/test_path.hpp"
 
 #include <filesystem>
 #include <limits>
-#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,8 +34,7 @@ class LabelFiles : public ::testing::Test {
     return "";
   }
 
-  const fs::path folder_ =
-      fs::temp_directory_path() / ("stillmap_verdicts_" + std::to_string(::getpid()));
+  const fs::path folder_ = test::own_path("verdicts");
   const fs::path file_ = folder_ / "verdicts.bin";
 };
 

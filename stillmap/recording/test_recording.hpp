@@ -2,6 +2,8 @@
 // For tests: writers of the three containers and of messages, written by the formats' documents and
 // without the readers' code.
 #pragma once
+#include "stillmap/base/test_path.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <bzlib.h>
@@ -14,7 +16,6 @@
 #include <sqlite3.h>
 #include <stdexcept>
 #include <string>
-#include <unistd.h>
 #include <vector>
 #include <zstd.h>
 
@@ -195,8 +196,7 @@ class TestFolder {
  public:
   TestFolder() {
     static int counter = 0;
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              fmt::format("stillmap_recording_{}_{}", getpid(), counter++);
+    folder_ = test::own_path(fmt::format("recording_{}", counter++));
     std::filesystem::create_directories(folder_);
   }
   TestFolder(const TestFolder&) = delete;

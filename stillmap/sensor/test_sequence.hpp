@@ -3,6 +3,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_error.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/sensor/sequence.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
@@ -11,7 +12,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 #include <fmt/format.h>
@@ -26,8 +26,7 @@ class TestSequence {
   /// `frames` frames at 30 Hz from time 100 s; depth 5 ms later. Color: a gray ramp; depth: 2 m.
   explicit TestSequence(int frames = 3) {
     static std::atomic<int> counter = 0;
-    folder_ = std::filesystem::path(::testing::TempDir()) /
-              fmt::format("stillmap_sensor_{}_{}", getpid(), counter++);
+    folder_ = test::own_path(fmt::format("sequence_{}", counter++));
     std::filesystem::create_directories(folder_ / "rgb");
     std::filesystem::create_directories(folder_ / "depth");
     std::string color_list = "# color images\n", depth_list = "# depth maps\n";

@@ -2,6 +2,7 @@
 // Depth from rendered pairs of cameras, compared with the exact depth.
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_error.hpp"
+#include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/make_source.hpp"
 #include "stillmap/sensor/stereo_folder.hpp"
@@ -9,7 +10,6 @@
 #include "stillmap/simulate/simulated_sequence.hpp"
 
 #include <cmath>
-#include <unistd.h>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -172,8 +172,7 @@ TEST(StereoMatcher, HasNoDepthWhereTheRightCameraSeesAnotherSurface) {
 
 class TemporaryFolder {
  public:
-  TemporaryFolder()
-      : path_(fs::path(::testing::TempDir()) / fmt::format("stillmap_stereo_{}", getpid())) {
+  TemporaryFolder() : path_(test::own_path("stereo")) {
     fs::remove_all(path_);
     fs::create_directories(path_);
   }
