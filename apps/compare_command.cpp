@@ -11,6 +11,7 @@
 #include "stillmap/report/comparison_page.hpp"
 #include "stillmap/report/result_folder.hpp"
 #include "stillmap/report/run_folder.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -23,7 +24,6 @@
 #include "truth.hpp"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -69,7 +69,7 @@ std::vector<CaptionedImage> maps_of(const std::vector<std::string>& arguments) {
   for (const std::string& argument : arguments) {
     const auto [name, path] = named_path(argument);
     const fs::path file = run_folder_of(path) / "cloud.png";
-    if (fs::exists(file)) maps.push_back({cv::imread(file.string()), name});
+    if (fs::exists(file)) maps.push_back({read_stored_image(file).image, name});
   }
   return maps;
 }

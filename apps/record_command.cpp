@@ -20,7 +20,6 @@
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -98,9 +97,8 @@ class FolderWriter {
   }
 
   void write(const cv::Mat& image, const char* kind, double stamp, std::ofstream& list) const {
-    constexpr int kFastCompression = 1;
     const std::string name = fmt::format("{}/{:.9f}.png", kind, stamp);
-    write_png(folder_ / name, image, {cv::IMWRITE_PNG_COMPRESSION, kFastCompression});
+    write_png(folder_ / name, image, kFastPng);
     list << fmt::format("{:.9f} {}\n", stamp, name) << std::flush;
     if (!list) throw Error("a list cannot be written", folder_.string(), "free space on the disk");
   }

@@ -3,7 +3,8 @@
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenCV 4.5 REQUIRED
-             COMPONENTS core imgproc imgcodecs features2d calib3d video dnn)
+             COMPONENTS core imgproc features2d calib3d video dnn
+             OPTIONAL_COMPONENTS imgcodecs)  # for tests: with it come hundreds of libraries
 if(NOT OpenCV_SHARED)  # the one of scripts/build_wheel_dependencies.sh
   find_package(Protobuf REQUIRED)
 endif()
@@ -12,8 +13,12 @@ find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_library(STILLMAP_APRILTAG NAMES apriltag REQUIRED)
 find_library(STILLMAP_DEFLATE NAMES deflate REQUIRED)  # Debian 12's has no CMake package yet
-# Compression and databases of recordings
+# Images
+find_package(PNG REQUIRED)
+find_package(JPEG REQUIRED)
+find_package(TIFF REQUIRED)
 find_package(OpenEXR 3 REQUIRED)
+# Compression and databases of recordings
 find_library(STILLMAP_BZ2 NAMES bz2 REQUIRED)
 find_library(STILLMAP_LZ4 NAMES lz4 REQUIRED)
 find_library(STILLMAP_ZSTD NAMES zstd REQUIRED)
@@ -22,7 +27,6 @@ find_package(realsense2 QUIET)  # without it there is no source realsense:
 if(realsense2_FOUND)
   set(STILLMAP_REALSENSE realsense2::realsense2)
 endif()
-find_package(JPEG QUIET)  # without it OpenCV decodes JPEGs, and says nothing of damaged ones
 set(CMAKE_MESSAGE_LOG_LEVEL WARNING)  # Ceres would list every library that its solvers could use
 find_package(Ceres 2.1 QUIET REQUIRED)
 unset(CMAKE_MESSAGE_LOG_LEVEL)

@@ -36,7 +36,7 @@ contains the command and its networks' back end for CPUs.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libstillmap-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "stillmap ${same_version}, libopencv-dev, libeigen3-dev, libceres-dev, \
-libdeflate-dev, libjpeg-dev, libopenexr-dev, libfmt-dev, libyaml-cpp-dev, liboctomap-dev, libmeshoptimizer-dev, libbz2-dev, liblz4-dev, \
+libdeflate-dev, libpng-dev, libjpeg-dev, libtiff-dev, libopenexr-dev, libfmt-dev, libyaml-cpp-dev, liboctomap-dev, libmeshoptimizer-dev, libbz2-dev, liblz4-dev, \
 libzstd-dev, libsqlite3-dev, libcivetweb-dev, libapriltag-dev, libcurl4-openssl-dev, libmosquitto-dev")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "RGB-D SLAM for dynamic scenes (C++ library)
 Static library, headers and CMake package of Stillmap, which estimates the

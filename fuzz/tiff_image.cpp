@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// TIFF files of depth: their header is read here, their pixels by OpenCV.
+// TIFF files of depth: read by libtiff.
 #include "fuzz/image_target.hpp"
 #include <opencv2/imgcodecs.hpp>
 

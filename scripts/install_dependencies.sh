@@ -16,7 +16,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 libraries=(
-  libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libjpeg-dev libopenexr-dev libcli11-dev libfmt-dev
+  libopencv-dev libeigen3-dev libceres-dev libdeflate-dev libpng-dev libjpeg-dev libtiff-dev libopenexr-dev libcli11-dev libfmt-dev
   libyaml-cpp-dev nlohmann-json3-dev liboctomap-dev libmeshoptimizer-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev
   libapriltag-dev libcivetweb-dev libjs-three libcurl4-openssl-dev libmosquitto-dev
   python3-dev pybind11-dev libgtest-dev libgmock-dev libbenchmark-dev
@@ -24,7 +24,7 @@ libraries=(
 packages=(g++ make cmake ninja-build ccache git dpkg-dev python3 python3-venv nodejs "${libraries[@]}")
 fuzz_packages=(clang libclang-rt-dev)
 tool_packages=(eslint)
-wheel_packages=(libprotobuf-dev protobuf-compiler libpng-dev libtiff-dev libwebp-dev)
+wheel_packages=(libprotobuf-dev protobuf-compiler)
 arm64_packages=(crossbuild-essential-arm64 qemu-user mmdebstrap)
 # OpenVINO runs the networks fast; its C++ package is part of the wheel. Optional: without it OpenCV runs them.
 openvino=(openvino==2026.4.1 numpy)

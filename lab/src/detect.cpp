@@ -5,12 +5,12 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/segment/yolo_detector.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <algorithm>
 
 #include "commands.hpp"
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap::lab {
 namespace {
@@ -22,7 +22,7 @@ struct DetectArguments {
 };
 
 cv::Mat read_color(const std::string& file) {
-  const cv::Mat image = cv::imread(file, cv::IMREAD_COLOR);
+  const cv::Mat image = read_stored_image(file).image;
   if (image.empty()) throw Error("this is not a readable image", file, "give a PNG or JPEG file");
   return image;
 }

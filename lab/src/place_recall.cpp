@@ -16,6 +16,7 @@
 #include "stillmap/geometry/trajectory.hpp"
 #include "stillmap/loop/place_index.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/image_file.hpp"
 #include "stillmap/sensor/tum_folder.hpp"
 
 #include <algorithm>
@@ -24,7 +25,6 @@
 
 #include "commands.hpp"
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap::lab {
 namespace {
@@ -65,7 +65,7 @@ std::vector<View> views_of(const std::string& folder, std::size_t sequence) {
     cv::Mat mask;
     if (!paths.masks.empty()) {
       const auto& files = source.frames()[frame->index];
-      mask = cv::imread((paths.masks / files.color.filename()).string(), cv::IMREAD_GRAYSCALE);
+      mask = read_stored_image(paths.masks / files.color.filename()).image;
     }
     views.push_back({sequence,
                      frame->timestamp,

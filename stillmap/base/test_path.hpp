@@ -15,7 +15,9 @@ namespace stillmap::test {
 /// Its name is no process number alone: numbers return, and a killed test leaves its files.
 class OwnFolder {
  public:
-  OwnFolder() : path_(::testing::TempDir() + "/stillmap_XXXXXX"), process_(::getpid()) {
+  OwnFolder()
+      : path_((std::filesystem::path(::testing::TempDir()) / "stillmap_XXXXXX").string()),
+        process_(::getpid()) {
     if (::mkdtemp(path_.data()) == nullptr) throw std::runtime_error("cannot create " + path_);
   }
   OwnFolder(const OwnFolder&) = delete;

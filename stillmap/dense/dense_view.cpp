@@ -5,7 +5,7 @@
 #include "stillmap/base/trace.hpp"
 #include "stillmap/segment/box_cluster.hpp"
 #include "stillmap/sensor/image_file.hpp"
-#include "stillmap/sensor/jpeg_decoder.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/dense/map_server_files.hpp"
 
+#include <algorithm>
 #include <cstdint>
+#include <cstdio>
 
 #include <fmt/format.h>
 
@@ -11,6 +13,20 @@ std::string grid_pgm(const OccupancyGrid& grid) {
   std::string bytes = fmt::format("P5\n{} {}\n255\n", grid.image.cols, grid.image.rows);
   for (const std::uint8_t pixel : grid.image) bytes.push_back(static_cast<char>(pixel));
   return bytes;
+}
+
+cv::Mat1b image_of_pgm(const std::string& pgm) {
+  int width = 0, height = 0, begin = 0;
+  constexpr int kLargest = 1 << 16;  // cells on a side
+  if (std::sscanf(pgm.c_str(), "P5 %d %d 255%n", &width, &height, &begin) != 2 || begin == 0)
+    return {};
+  if (std::min(width, height) < 1 || std::max(width, height) > kLargest) return {};
+  const std::size_t cells = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const auto at = static_cast<std::size_t>(begin) + 1;  // one blank after the head
+  if (pgm.size() != at + cells) return {};
+  cv::Mat1b image(height, width);
+  std::copy_n(pgm.begin() + static_cast<std::ptrdiff_t>(at), cells, image.begin());
+  return image;
 }
 
 std::string grid_yaml(const OccupancyGrid& grid, const std::string& image_name,

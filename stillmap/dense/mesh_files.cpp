@@ -3,7 +3,7 @@
 
 #include "stillmap/base/bytes.hpp"
 #include "stillmap/base/json_text.hpp"
-#include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 
 #include <array>
 #include <cstdint>

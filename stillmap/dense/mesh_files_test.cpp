@@ -4,6 +4,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/dense/cloud.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -13,7 +14,6 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -97,7 +97,7 @@ TEST(MeshFiles, GlbContainsTheTextureAsJpeg) {
       bytes.substr(28 + word(bytes, 12) + view["byteOffset"].get<std::size_t>(),
                    view["byteLength"].get<std::size_t>());
   const cv::Mat3b image =
-      cv::imdecode(std::vector<std::uint8_t>(jpeg.begin(), jpeg.end()), cv::IMREAD_COLOR);
+      decode_jpeg({reinterpret_cast<const unsigned char*>(jpeg.data()), jpeg.size()}).image;
   ASSERT_EQ(image.size(), cv::Size(8, 16));
   EXPECT_NEAR(image(8, 4)[2], 200, 4);
   EXPECT_NEAR(image(8, 4)[0], 0, 4);

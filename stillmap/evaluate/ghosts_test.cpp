@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -11,7 +12,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -203,7 +203,7 @@ class MaskFiles : public ::testing::Test {
 
 TEST_F(MaskFiles, AreFoundByTheirStamps) {
   for (int i = 0; i < kFrames; i += 2) {
-    cv::imwrite((folder_ / fmt::format("{:.6f}.png", i / 30.0)).string(), frame(i).mask);
+    write_png(folder_ / fmt::format("{:.6f}.png", i / 30.0), frame(i).mask);
   }
   Frames source;
   const MaskedFrames frames = frames_with_masks(source, folder_);

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/sensor/image_file.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
 
 #include <filesystem>
@@ -10,7 +11,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -186,7 +186,7 @@ class TruthFiles : public ::testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
   void write(const char* kind, const char* stamp, const cv::Mat& image) const {
     fs::create_directories(folder_ / kind);
-    ASSERT_TRUE(cv::imwrite((folder_ / kind / (std::string(stamp) + ".png")).string(), image));
+    write_png(folder_ / kind / (std::string(stamp) + ".png"), image);
   }
 
   const fs::path folder_ = test::own_path("truth");

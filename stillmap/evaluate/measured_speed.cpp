@@ -5,6 +5,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/evaluate/motion_truth.hpp"
 #include "stillmap/evaluate/pose_at.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -202,10 +202,7 @@ class SpeedWriter {
     if (!speed.empty()) write(of.image->timestamp, speed);
   }
   void write(double timestamp, const cv::Mat& speed) {
-    const fs::path file = folder_ / fmt::format("{:.6f}.png", timestamp);
-    if (!cv::imwrite(file.string(), speed_image(speed))) {
-      throw Error("cannot be written", file.string(), "check the folder and the disk");
-    }
+    write_png(folder_ / fmt::format("{:.6f}.png", timestamp), speed_image(speed));
     ++written_;
   }
 

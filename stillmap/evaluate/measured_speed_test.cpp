@@ -4,6 +4,7 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/evaluate/motion_truth.hpp"
+#include "stillmap/sensor/image_file.hpp"
 #include "stillmap/simulate/simulated_sequence.hpp"
 #include "stillmap/simulate/tum_writer.hpp"
 
@@ -14,7 +15,6 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -122,7 +122,7 @@ TEST(MeasuredSpeed, AnObjectThatSwingsBackMoves) {
       frame->depth = cv::Mat(480, 640, CV_32FC1, cv::Scalar(2));
       cv::Mat mask = cv::Mat::zeros(480, 640, CV_8UC1);
       mask(board) = 128;
-      cv::imwrite((masks_ / fmt::format("{:.6f}.png", frame->timestamp)).string(), mask);
+      write_png(masks_ / fmt::format("{:.6f}.png", frame->timestamp), mask);
       return frame;
     }
 

@@ -3,11 +3,12 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/number.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace fs = std::filesystem;
@@ -16,11 +17,14 @@ namespace {
 constexpr double kTolerance = 0.01;  // between a frame's stamp and its image's name [s]
 
 cv::Mat read_gray(const fs::path& file) {
-  cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-  if (image.empty()) {
-    throw Error("is no readable image", file.string(), "write it again, as an 8-bit PNG");
-  }
-  return image;
+  const auto [image, problem] = read_stored_image(file);
+  if (!problem.empty()) throw Error(problem, file.string(), "write it again, as an 8-bit PNG");
+  if (image.type() == CV_8UC1) return image;
+  if (image.depth() != CV_8U || image.channels() != 3)
+    throw Error("is no gray image of 8 bits", file.string(), "write it again, as an 8-bit PNG");
+  cv::Mat gray;
+  cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
+  return gray;
 }
 
 }  // namespace

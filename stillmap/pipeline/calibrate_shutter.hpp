@@ -9,7 +9,7 @@
 namespace stillmap {
 
 /// Number of frames from which the timing of a recording's shutters is estimated.
-inline constexpr int kShutterFrames = 120;
+inline constexpr int kShutterFrames = 40;
 
 /// Estimates the timing of the shutters from the start of a recording. The frames are tracked with
 /// the best timing known so far, from the first frame again whenever it changes, so that no pose

@@ -4,11 +4,11 @@
 #include "stillmap/base/base64.hpp"
 #include "stillmap/report/page_style.hpp"
 #include "stillmap/report/svg.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -43,8 +43,7 @@ std::string html_card(const std::string& heading, const std::string& content,
 
 std::string html_figure(const CaptionedImage& image) {
   if (image.image.empty()) return "";
-  std::vector<unsigned char> jpeg;
-  cv::imencode(".jpg", image.image, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+  const std::vector<unsigned char> jpeg = encode_jpeg(image.image, kJpegQuality);
   return fmt::format(
       "<figure><img alt=\"{0}\" width=\"{1}\" height=\"{2}\" src=\"data:image/jpeg;base64,{3}\">"
       "<figcaption>{0}</figcaption></figure>\n",

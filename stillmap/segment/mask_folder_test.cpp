@@ -3,13 +3,13 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/test_path.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <fstream>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -29,7 +29,7 @@ struct MaskFolderTest : testing::Test {
   void write(const std::string& name, int left, int value = 255) const {
     cv::Mat1b mask = cv::Mat1b::zeros(30, 40);
     mask(cv::Rect(left, 10, 8, 8)) = value;
-    cv::imwrite((folder / name).string(), mask);
+    write_png(folder / name, mask);
   }
   static RgbdFrame frame(std::size_t index, double stamp) {
     RgbdFrame frame;
@@ -89,7 +89,7 @@ TEST_F(MaskFolderTest, FramesWhoseNamesAreNoTimesTakeTheMaskOfTheirTime) {
 
 TEST_F(MaskFolderTest, WhatOtherFormatsCanOnlyMeanIsRead) {
   write("0.png", 4, 128);
-  const cv::Mat1b gray = cv::imread((folder / "0.png").string(), cv::IMREAD_GRAYSCALE);
+  const cv::Mat1b gray = read_stored_image(folder / "0.png").image;
   cv::Mat three, alpha, sixteen, stretched;
   cv::cvtColor(gray, three, cv::COLOR_GRAY2BGR);
   cv::cvtColor(gray, alpha, cv::COLOR_GRAY2BGRA);
@@ -101,7 +101,7 @@ TEST_F(MaskFolderTest, WhatOtherFormatsCanOnlyMeanIsRead) {
   colored.setTo(cv::Scalar(30, 0, 255), gray > 0);
   int number = 1;
   for (const cv::Mat& image : {three, alpha, sixteen, stretched, large, small, colored})
-    cv::imwrite((folder / fmt::format("{}.png", number++)).string(), image);
+    write_png(folder / fmt::format("{}.png", number++), image);
   MaskFolder masks(folder);
   for (int i = 0; i < number; ++i) {
     const auto found = masks.detect(named_frame(std::to_string(i), 0));
@@ -114,9 +114,9 @@ TEST_F(MaskFolderTest, WhatOtherFormatsCanOnlyMeanIsRead) {
 TEST_F(MaskFolderTest, ColorsOfWhichNoneIsBlackAreNoMask) {
   cv::Mat viridis(30, 40, CV_8UC3, cv::Scalar(84, 1, 68));
   viridis(cv::Rect(4, 10, 8, 8)) = cv::Scalar(37, 231, 253);
-  cv::imwrite((folder / "1.png").string(), viridis);
+  write_png(folder / "1.png", viridis);
   viridis(cv::Rect(20, 0, 20, 30)) = cv::Scalar(0, 0, 0);
-  cv::imwrite((folder / "2.png").string(), viridis);
+  write_png(folder / "2.png", viridis);
   MaskFolder masks(folder);
   for (const char* name : {"1", "2"}) EXPECT_TRUE(masks.detect(named_frame(name, 0)).empty());
   EXPECT_THAT(masks.skipped(), testing::HasSubstr("2 unusable masks; the first: 1.png has colors"));
@@ -126,7 +126,7 @@ TEST_F(MaskFolderTest, InvertedMasksAreToldAsSuch) {
   for (int i = 0; i < 50; ++i) {
     cv::Mat1b mask(240, 320, 255);
     cv::ellipse(mask, {60 + 4 * i, 120}, {25, 80}, 0, 0, 360, 0, cv::FILLED);
-    cv::imwrite((folder / fmt::format("{}.png", i)).string(), mask);
+    write_png(folder / fmt::format("{}.png", i), mask);
   }
   MaskFolder masks(folder);
   for (int i = 0; i < 50; ++i) {
@@ -141,11 +141,11 @@ TEST_F(MaskFolderTest, InvertedMasksAreToldAsSuch) {
 }
 
 TEST_F(MaskFolderTest, WhatCannotBeUsedIsNamed) {
-  cv::imwrite((folder / "1.png").string(), cv::Mat1b(10, 10, 255));
+  write_png(folder / "1.png", cv::Mat1b(10, 10, 255));
   std::ofstream(folder / "2.png") << "not an image";
-  cv::imwrite((folder / "3.png").string(), cv::Mat(30, 40, CV_8UC3, cv::Scalar(0, 0, 128)));
-  cv::imwrite((folder / "4.png").string(), cv::Mat(30, 40, CV_16UC1, cv::Scalar::all(300)));
-  cv::imwrite((folder / "5.png").string(), cv::Mat(30, 40, CV_8UC4, cv::Scalar(0, 0, 0, 128)));
+  write_png(folder / "3.png", cv::Mat(30, 40, CV_8UC3, cv::Scalar(0, 0, 128)));
+  write_png(folder / "4.png", cv::Mat(30, 40, CV_16UC1, cv::Scalar::all(300)));
+  write_png(folder / "5.png", cv::Mat(30, 40, CV_8UC4, cv::Scalar(0, 0, 0, 128)));
   const char* problems[] = {"1.png is 10 x 10 pixels where the frame has 40 x 30",
                             "2.png is not a PNG", "3.png has colors", "4.png has 16-bit values",
                             "5.png has colors"};

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -93,7 +92,9 @@ MaskRead read_mask(const std::filesystem::path& file, cv::Size frame) {
             fmt::format("is {} x {} pixels where the frame has {} x {}", header.size.width,
                         header.size.height, frame.width, frame.height)};
   }
-  MaskRead read = mask_of(cv::imread(file.string(), cv::IMREAD_UNCHANGED));
+  const ImageRead stored = read_stored_image(file);
+  if (!stored.problem.empty()) return {{}, stored.problem};
+  MaskRead read = mask_of(stored.image);
   if (!read.mask.empty() && read.mask.size() != frame)
     cv::resize(read.mask, read.mask, frame, 0, 0, cv::INTER_NEAREST);
   return read;

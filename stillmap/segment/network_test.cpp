@@ -9,6 +9,7 @@
 #include "stillmap/segment/make_detector.hpp"
 #include "stillmap/segment/test_onnx.hpp"
 #include "stillmap/segment/yolo_detector.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <cstdlib>
 #include <filesystem>
@@ -16,7 +17,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -31,7 +31,7 @@ fs::path shared() {
 
 RgbdFrame image_frame(const std::string& name) {
   RgbdFrame frame;
-  frame.color = cv::imread((shared() / "models/img" / name).string());
+  frame.color = read_stored_image(shared() / "models/img" / name).image;
   cv::cvtColor(frame.color, frame.gray, cv::COLOR_BGR2GRAY);
   return frame;
 }

@@ -15,13 +15,13 @@
 #include "stillmap/segment/mask_folder.hpp"
 #include "stillmap/segment/mask_propagator.hpp"
 #include "stillmap/segment/segment_options.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
 
 #include <benchmark/benchmark.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -77,12 +77,11 @@ Sample read_sample(const fs::path& sequence, const fs::path& color_file, std::si
   auto frame = std::make_shared<RgbdFrame>();
   frame->index = index;
   frame->timestamp = std::stod(color_file.stem().string());
-  frame->color = cv::imread(color_file.string());
+  frame->color = read_stored_image(color_file).image;
   cv::cvtColor(frame->color, frame->gray, cv::COLOR_BGR2GRAY);
   const fs::path depth = sequence / "depth" / color_file.filename();
-  cv::imread(depth.string(), cv::IMREAD_UNCHANGED).convertTo(frame->depth, CV_32F, 1.0 / 5000);
-  const cv::Mat mask =
-      cv::imread((sequence / "mask" / color_file.filename()).string(), cv::IMREAD_UNCHANGED);
+  read_stored_image(depth).image.convertTo(frame->depth, CV_32F, 1.0 / 5000);
+  const cv::Mat mask = read_stored_image(sequence / "mask" / color_file.filename()).image;
   return {frame, mask == 255};
 }
 

@@ -6,10 +6,11 @@
 #include "stillmap/base/image_header.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/sensor/exr_image.hpp"
-#include "stillmap/sensor/jpeg_decoder.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 #include "stillmap/sensor/npy_image.hpp"
 #include "stillmap/sensor/png_decoder.hpp"
-#include "stillmap/sensor/tiff_header.hpp"
+#include "stillmap/sensor/png_encoder.hpp"
+#include "stillmap/sensor/tiff_image.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace stillmap {
@@ -108,49 +108,32 @@ Loaded load(const fs::path& file) {
   return {read_at(opened.stream, 0, opened.bytes), ""};
 }
 
-// OpenCV's decoder for the rarer kinds: TIFF, palettes, interlaced rows, fewer than 8 bits.
-cv::Mat decode_by_opencv(View bytes, int flags) {
-  try {
-    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1,
-                      const_cast<unsigned char*>(bytes.data()));
-    return cv::imdecode(row, flags | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {  // reported as damage, like an empty image
-    return {};
-  }
-}
-
-/// @param size  as of the header
-ImageRead decode(View bytes, cv::Size size, int flags, int wanted_type) {
-  const TraceScope scope(wanted_type == CV_8UC3 ? "decode color" : "decode depth");
-  const bool png = is_png(bytes);
-  if (png) {
-    if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
-  }
+/// Decodes the pixels as they are stored; colors as BGR, or BGRA.
+ImageRead decode(View bytes) {
   cv::Mat image;
-  if (png && decodes_png(bytes)) {
+  if (is_png(bytes)) {
+    if (const std::string damage = png_damage(bytes); !damage.empty()) return {{}, damage};
     image = decode_png(bytes);
-  } else if (png || is_tiff(bytes)) {
-    image = decode_by_opencv(bytes, flags);
+  } else if (is_tiff(bytes)) {
+    image = decode_tiff(bytes);
   } else if (is_npy(bytes)) {
     image = decode_npy(bytes);
   } else if (is_exr(bytes)) {
     image = decode_exr(bytes);
   } else {
-    JpegRead read = decode_jpeg(bytes);
-    if (!read.problem.empty()) return {{}, read.problem};
-    image = read.image;
+    auto [pixels, problem] = decode_jpeg(bytes);
+    return {pixels, problem};
   }
   if (image.empty()) return {{}, "cannot be decoded: it is damaged"};
-  // OpenCV turns a TIFF as its orientation says.
-  if (image.size() != size)
-    return {{}, "is turned on its side by its orientation: store it upright"};
-  if (wanted_type == CV_8UC3 && image.type() == CV_8UC1) {
-    cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
-  } else if (wanted_type == CV_8UC3 && image.type() == CV_8UC4) {
-    cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
-  }
-  if (image.type() != wanted_type) return {{}, "is of another type than its header says"};
   return {image, ""};
+}
+
+/// Returns an image in color, without alpha.
+cv::Mat in_color(cv::Mat image) {
+  if (image.type() == CV_8UC2) cv::extractChannel(image, image, 0);
+  if (image.type() == CV_8UC1) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
+  if (image.type() == CV_8UC4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
+  return image;
 }
 
 }  // namespace
@@ -206,7 +189,11 @@ ImageRead decode_color_image(View bytes, cv::Size wanted) {
   if (problem.empty()) problem = color_problem(header);
   if (problem.empty()) problem = size_problem(header, wanted);
   if (!problem.empty()) return {{}, problem};
-  return decode(bytes, header.size, cv::IMREAD_COLOR, CV_8UC3);
+  const TraceScope scope("decode color");
+  ImageRead read = decode(bytes);
+  if (!read.problem.empty()) return read;
+  read.image = in_color(read.image);
+  return read;
 }
 
 ImageRead decode_depth_image(View bytes, cv::Size wanted) {
@@ -214,8 +201,8 @@ ImageRead decode_depth_image(View bytes, cv::Size wanted) {
   if (problem.empty()) problem = depth_problem(header);
   if (problem.empty()) problem = size_problem(header, wanted);
   if (!problem.empty()) return {{}, problem};
-  return decode(bytes, header.size, cv::IMREAD_ANYDEPTH,
-                header.samples == Samples::kFloat ? CV_32FC1 : CV_16UC1);
+  const TraceScope scope("decode depth");
+  return decode(bytes);
 }
 
 ImageRead read_color_image(const fs::path& file, cv::Size wanted) {
@@ -230,18 +217,16 @@ ImageRead read_depth_image(const fs::path& file, cv::Size wanted) {
   return decode_depth_image(loaded.bytes, wanted);
 }
 
-void write_png(const std::filesystem::path& file, const cv::Mat& image,
-               const std::vector<int>& parameters) {
-  std::vector<std::uint8_t> png;
-  if (!cv::imencode(".png", image, png, parameters))
-    throw Error("the image cannot be encoded as PNG", file.string(), "");
-  write_file(file, std::string_view(reinterpret_cast<const char*>(png.data()), png.size()));
+ImageRead read_stored_image(const fs::path& file) {
+  const Loaded loaded = load(file);
+  if (!loaded.problem.empty()) return {{}, loaded.problem};
+  const auto [header, problem] = decode_image_header(loaded.bytes);
+  if (!problem.empty()) return {{}, problem};
+  return decode(loaded.bytes);
 }
 
-std::vector<unsigned char> encode_jpeg(const cv::Mat& image, int quality) {
-  std::vector<unsigned char> jpeg;
-  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return jpeg;
+void write_png(const fs::path& file, const cv::Mat& image, int level) {
+  write_file(file, encode_png(image, level));
 }
 
 }  // namespace stillmap

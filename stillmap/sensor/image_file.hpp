@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "stillmap/sensor/png_encoder.hpp"
+
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -60,13 +62,11 @@ ImageRead decode_depth_image(std::span<const unsigned char> bytes, cv::Size want
 /// Returns the header of an image in memory, as read_image_header().
 HeaderRead decode_image_header(std::span<const unsigned char> bytes);
 
-/// Writes an image (8 or 16 bits per channel) as a PNG file. Throws Error if that fails.
-/// @param parameters  of cv::imencode
-void write_png(const std::filesystem::path& file, const cv::Mat& image,
-               const std::vector<int>& parameters = {});
+/// Reads an image of any of these kinds as it is stored: 1 to 4 channels of 8 or 16 bits, or
+/// floats; colors as BGR. Never throws, never prints.
+ImageRead read_stored_image(const std::filesystem::path& file);
 
-/// Returns an image (8 bits per channel) as the bytes of a JPEG file.
-/// @param quality  1 to 100
-std::vector<unsigned char> encode_jpeg(const cv::Mat& image, int quality);
+/// Writes an image as a PNG file (encode_png()). Throws Error if that fails.
+void write_png(const std::filesystem::path& file, const cv::Mat& image, int level = kSmallPng);
 
 }  // namespace stillmap

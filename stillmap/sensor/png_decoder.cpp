@@ -9,6 +9,7 @@
 #include <libdeflate.h>
 #include <memory>
 #include <optional>
+#include <png.h>
 
 #include <opencv2/core/hal/intrin.hpp>
 #include <opencv2/imgproc.hpp>
@@ -89,11 +90,6 @@ bool inflate(View compressed, std::span<unsigned char> out) {
 // ---- row filters (9.2): each reverts the encoding of one row in place. Names as in the
 // specification: x this byte, a the pixel to the left, b above, c above left.
 
-void undo_sub(unsigned char* row, std::size_t bytes, std::size_t pixel) {
-  for (std::size_t i = pixel; i < bytes; ++i)
-    row[i] = static_cast<unsigned char>(row[i] + row[i - pixel]);
-}
-
 void undo_up(unsigned char* row, const unsigned char* above, std::size_t bytes) {
   for (std::size_t i = 0; i < bytes; ++i) row[i] = static_cast<unsigned char>(row[i] + above[i]);
 }
@@ -108,6 +104,16 @@ void store_pixel(unsigned char* to, const cv::v_int16x8& lanes) {
   const cv::v_uint8x16 packed = cv::v_pack_u(lanes, lanes);
   const std::uint32_t low = cv::v_reinterpret_as_u32(packed).get0();
   std::memcpy(to, &low, Pixel);
+}
+
+template <std::size_t Pixel>
+void undo_sub(unsigned char* row, std::size_t bytes) {
+  cv::v_uint8x16 a = cv::v_setzero_u8();
+  for (std::size_t i = 0; i < bytes; i += Pixel) {
+    a = cv::v_add_wrap(a, cv::v_load_low(row + i));
+    const std::uint32_t low = cv::v_reinterpret_as_u32(a).get0();
+    std::memcpy(row + i, &low, Pixel);
+  }
 }
 
 template <std::size_t Pixel>
@@ -145,7 +151,7 @@ bool undo_filter(int filter, unsigned char* row, const unsigned char* above, std
     case 0:
       return true;
     case 1:
-      undo_sub(row, bytes, Pixel);
+      undo_sub<Pixel>(row, bytes);
       return true;
     case 2:
       undo_up(row, above, bytes);
@@ -211,6 +217,21 @@ cv::Mat as_opencv(const Header& header, unsigned char* rows) {
   return image;
 }
 
+// For the rarer kinds: palettes, interlaced rows, fewer than 8 bits, gray with alpha, colors of 16.
+cv::Mat decode_by_libpng(View bytes) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0) return {};
+  const bool wide = (png.format & PNG_FORMAT_FLAG_LINEAR) != 0;
+  const bool colored = (png.format & PNG_FORMAT_FLAG_COLOR) != 0;
+  const bool alpha = (png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
+  png.format &= ~PNG_FORMAT_FLAG_COLORMAP;
+  if (colored) png.format |= PNG_FORMAT_FLAG_BGR;
+  cv::Mat image(static_cast<int>(png.height), static_cast<int>(png.width),
+                CV_MAKETYPE(wide ? CV_16U : CV_8U, (colored ? 3 : 1) + (alpha ? 1 : 0)));
+  return png_image_finish_read(&png, nullptr, image.data, 0, nullptr) == 0 ? cv::Mat() : image;
+}
+
 }  // namespace
 
 std::string png_damage(View bytes) {
@@ -227,11 +248,10 @@ std::string png_damage(View bytes) {
   return "is truncated: its end is missing";
 }
 
-bool decodes_png(View bytes) { return header_of(bytes).common(); }
-
 cv::Mat decode_png(View bytes) {
   const TraceScope scope("PNG");
   const Header header = header_of(bytes);
+  if (!header.common()) return decode_by_libpng(bytes);
   const std::size_t size = static_cast<std::size_t>(header.height) * (header.row_bytes() + 1);
   const auto rows = std::make_unique_for_overwrite<unsigned char[]>(size + kReadAhead);
   if (!inflate(compressed_pixels(bytes), {rows.get(), size})) return {};

@@ -45,11 +45,30 @@ TEST_P(PngKinds, DecodeToThePixelsThatWereEncoded) {
   EXPECT_EQ(cv::norm(decoded, image, cv::NORM_INF), 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, PngKinds,
-                         ::testing::Combine(::testing::Values(CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1),
-                                            ::testing::Values(cv::Size(1, 1), cv::Size(3, 2),
-                                                              cv::Size(67, 41),
-                                                              cv::Size(640, 480))));
+TEST_P(PngKinds, AreEncodedAsOtherProgramsReadThem) {
+  const auto [type, size] = GetParam();
+  const cv::Mat image = test_image(size, type);
+  for (const int level : {kFastPng, kSmallPng}) {
+    const std::string png = encode_png(image, level);
+    const std::vector<unsigned char> bytes(png.begin(), png.end());
+    EXPECT_EQ(png_damage(bytes), "");
+    const cv::Mat decoded = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(decoded.type(), type);
+    EXPECT_EQ(cv::norm(decoded, image, cv::NORM_INF), 0);
+  }
+}
+
+TEST(EncodePng, RefusesWhatAPngCannotHold) {
+  for (const int type : {CV_32FC1, CV_8UC2, CV_16SC1, CV_16UC4})
+    EXPECT_THROW((void)encode_png(cv::Mat(2, 2, type, cv::Scalar(1))), std::invalid_argument);
+  EXPECT_THROW((void)encode_png(cv::Mat()), std::invalid_argument);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, PngKinds,
+    ::testing::Combine(::testing::Values(CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1, CV_16UC3),
+                       ::testing::Values(cv::Size(1, 1), cv::Size(3, 2), cv::Size(67, 41),
+                                         cv::Size(640, 480))));
 
 // OpenCV writes rows with one filter only, so each filter is tested with manual encoding: filter f
 // applied to known pixels, stored without compression.

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -22,8 +21,7 @@ namespace {
 /// File with the static objects; only simulated sequences have one.
 constexpr const char* kMarker = "things.csv";
 
-const std::vector<int> kPngParameters{cv::IMWRITE_PNG_COMPRESSION,
-                                      1};  // lowest effort, since noise is hardly compressible
+constexpr int kLevel = kFastPng;  // noise is hardly compressible
 
 cv::Mat raw_depth(const cv::Mat& meters, double factor) {
   cv::Mat raw;
@@ -159,12 +157,12 @@ std::size_t write_tum_layout(const SimulatedSequence& sequence, const std::files
   for (bool goes_on = true; goes_on && frames < sequence.frames();) {
     const SimulatedFrame made = sequence.at(frames);
     const std::string stamp = fmt::format("{:.6f}", made.truth.timestamp), file = stamp + ".png";
-    write_png(folder / "rgb" / file, made.frame->color, kPngParameters);
+    write_png(folder / "rgb" / file, made.frame->color, kLevel);
     write_png(folder / "depth" / file, raw_depth(made.frame->depth, sequence.camera().depth_factor),
-              kPngParameters);
-    write_png(folder / "mask" / file, class_mask(made.truth), kPngParameters);
-    write_png(folder / "instance" / file, made.truth.instances, kPngParameters);
-    write_png(folder / "speed" / file, speed_levels(sequence.speed(frames)), kPngParameters);
+              kLevel);
+    write_png(folder / "mask" / file, class_mask(made.truth), kLevel);
+    write_png(folder / "instance" / file, made.truth.instances, kLevel);
+    write_png(folder / "speed" / file, speed_levels(sequence.speed(frames)), kLevel);
     lists.add(stamp, made.truth);
     surface.add(made.truth);
     ++frames;

@@ -5,6 +5,7 @@
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/test_path.hpp"
 #include "stillmap/sensor/camera_file.hpp"
+#include "stillmap/sensor/image_file.hpp"
 
 #include <algorithm>
 #include <fstream>
@@ -12,7 +13,6 @@
 #include <string>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace stillmap {
 namespace {
@@ -77,14 +77,14 @@ TEST_F(TumWriter, FilesEqualTheSequence) {
 
   const SimulatedFrame made = sequence.at(2);
   const std::string file = "0.066667.png";
-  const cv::Mat color = cv::imread(folder_ / "rgb" / file),
-                mask = cv::imread(folder_ / "mask" / file, -1);
-  const cv::Mat depth = cv::imread(folder_ / "depth" / file, cv::IMREAD_UNCHANGED);
+  const cv::Mat color = read_stored_image(folder_ / "rgb" / file).image,
+                mask = read_stored_image(folder_ / "mask" / file).image;
+  const cv::Mat depth = read_stored_image(folder_ / "depth" / file).image;
   EXPECT_EQ(cv::norm(color, made.frame->color, cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(mask, class_mask(made.truth), cv::NORM_INF), 0);
-  const cv::Mat instances = cv::imread(folder_ / "instance" / file, -1);
+  const cv::Mat instances = read_stored_image(folder_ / "instance" / file).image;
   EXPECT_EQ(cv::norm(instances, made.truth.instances, cv::NORM_INF), 0);
-  cv::Mat speed = cv::imread(folder_ / "speed" / file, -1);
+  cv::Mat speed = read_stored_image(folder_ / "speed" / file).image;
   speed.convertTo(speed, CV_32F, 0.005);
   EXPECT_LE(cv::norm(speed, cv::min(sequence.speed(2), 1.275), cv::NORM_INF), 0.00251);
   ASSERT_EQ(depth.type(), CV_16UC1);

@@ -4,13 +4,13 @@
 #include "stillmap/base/error.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/json_file.hpp"
+#include "stillmap/dense/map_server_files.hpp"
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <yaml-cpp/yaml.h>
 
 namespace stillmap {
@@ -40,7 +40,7 @@ nlohmann::json runs_of(const cv::Mat1b& image) {
 
 nlohmann::json grid_json(const fs::path& run) {
   const fs::path file = run / "grid.yaml";
-  const cv::Mat1b image = cv::imread((run / "grid.pgm").string(), cv::IMREAD_GRAYSCALE);
+  const cv::Mat1b image = image_of_pgm(read_file(run / "grid.pgm"));
   if (image.empty()) throw Error("is no image", (run / "grid.pgm").string(), kRunAgain);
   try {
     const YAML::Node yaml = YAML::Load(read_file(file));

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/error.hpp"
 #include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 #include "stillmap/sensor/make_source.hpp"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include "stillmap/report/chart.hpp"
 #include "stillmap/report/frame_image.hpp"
 #include "stillmap/report/run_record.hpp"
-#include "stillmap/sensor/image_file.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 #include "stillmap/view/message_bytes.hpp"
 
 #include <algorithm>

@@ -1,34 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/sensor/jpeg_decoder.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include "stillmap/base/trace.hpp"
 
-#ifdef STILLMAP_HAS_JPEG
+#include <algorithm>
 #include <csetjmp>
 #include <cstdio>  // jpeglib.h wants it before itself
+#include <cstdlib>
 #include <jerror.h>
 #include <jpeglib.h>
-#endif
+#include <memory>
+#include <stdexcept>
+
+#include <opencv2/imgproc.hpp>
 
 namespace stillmap {
 namespace {
 
 constexpr const char* kUndecodable = "cannot be decoded: it is damaged";
 
-JpegRead decode_by_opencv(std::span<const unsigned char> bytes) {
-  try {
-    const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8UC1,
-                      const_cast<unsigned char*>(bytes.data()));  // imdecode only reads
-    cv::Mat image = cv::imdecode(raw, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-    if (!image.empty()) return {image, ""};
-  } catch (const cv::Exception&) {  // reported like an empty image
-    return {{}, kUndecodable};
-  }
-  return {{}, kUndecodable};
-}
-
-#ifdef STILLMAP_HAS_JPEG
 /// Error handler of libjpeg.
 struct ErrorManager {
   jpeg_error_mgr base;  // First member: libjpeg sees only this.
@@ -88,12 +78,16 @@ bool decode_rows(jpeg_decompress_struct& decoder, ErrorManager& errors,
   return true;
 }
 // NOLINTEND(modernize-avoid-setjmp-longjmp)
-#endif
+
+cv::Mat in_rgb(const cv::Mat& bgr) {
+  cv::Mat rgb;
+  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  return rgb;
+}
 
 }  // namespace
 
 JpegRead decode_jpeg(std::span<const unsigned char> bytes) {
-#ifdef STILLMAP_HAS_JPEG
   ErrorManager errors{};
   jpeg_decompress_struct decoder{};
   decoder.err = jpeg_std_error(&errors.base);
@@ -104,14 +98,41 @@ JpegRead decode_jpeg(std::span<const unsigned char> bytes) {
   const bool decoded = decode_rows(decoder, errors, bytes, image);
   const bool four_colors = decoder.num_components == 4;
   jpeg_destroy_decompress(&decoder);
-  if (four_colors) return decode_by_opencv(bytes);
+  if (four_colors) return {{}, "has the four colors of printers (CMYK): store it as RGB"};
   if (!decoded) return {{}, kUndecodable};
   if (errors.damaged) return {{}, "is damaged: its pixels cannot all be decoded"};
   cv::cvtColor(image, image, cv::COLOR_RGB2BGR);
   return {image, ""};
-#else
-  return decode_by_opencv(bytes);
-#endif
+}
+
+std::vector<unsigned char> encode_jpeg(const cv::Mat& image, int quality) {
+  const TraceScope scope("encode JPEG");
+  if (image.depth() != CV_8U || image.empty() ||
+      std::max(image.rows, image.cols) > JPEG_MAX_DIMENSION)
+    throw std::invalid_argument("no image of a JPEG file");
+  const cv::Mat rows = image.channels() == 1 ? image : in_rgb(image);
+  jpeg_compress_struct encoder{};
+  jpeg_error_mgr errors{};
+  encoder.err = jpeg_std_error(&errors);  // memory is all that can fail
+  jpeg_create_compress(&encoder);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&encoder, &bytes, &size);
+  encoder.image_width = static_cast<JDIMENSION>(rows.cols);
+  encoder.image_height = static_cast<JDIMENSION>(rows.rows);
+  encoder.input_components = rows.channels();
+  encoder.in_color_space = rows.channels() == 1 ? JCS_GRAYSCALE : JCS_RGB;
+  jpeg_set_defaults(&encoder);
+  jpeg_set_quality(&encoder, quality, TRUE);
+  jpeg_start_compress(&encoder, TRUE);
+  for (int y = 0; y < rows.rows; ++y) {
+    auto* row = const_cast<JSAMPROW>(rows.ptr(y));  // libjpeg only reads
+    jpeg_write_scanlines(&encoder, &row, 1);
+  }
+  jpeg_finish_compress(&encoder);
+  jpeg_destroy_compress(&encoder);
+  const std::unique_ptr<unsigned char, decltype(&std::free)> owner(bytes, &std::free);
+  return {bytes, bytes + size};
 }
 
 }  // namespace stillmap

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/sensor/jpeg_decoder.hpp"
+#include "stillmap/sensor/jpeg_image.hpp"
 
 #include <random>
 #include <vector>
@@ -45,7 +45,6 @@ TEST(JpegDecoder, OtherDataIsAProblem) {
   EXPECT_NE(decode_jpeg(bytes).problem, "");
 }
 
-#ifdef STILLMAP_HAS_JPEG
 TEST(JpegDecoder, DamageInTheMiddleIsDetected) {
   const auto bytes = encoded(CV_8UC3);
   std::mt19937 random(5);
@@ -74,7 +73,16 @@ TEST(JpegDecoder, TrailingBytesAreIgnored) {
   bytes.insert(bytes.end(), 100, 0);
   EXPECT_EQ(decode_jpeg(bytes).problem, "");
 }
-#endif
+TEST(JpegEncoder, WritesTheSameBytesAsOpenCv) {
+  for (const int type : {CV_8UC1, CV_8UC3})
+    EXPECT_EQ(encode_jpeg(gradient(type), 90), encoded(type, {cv::IMWRITE_JPEG_QUALITY, 90}));
+}
+
+TEST(JpegEncoder, RefusesWhatAJpegCannotHold) {
+  EXPECT_THROW((void)encode_jpeg(cv::Mat(2, 70000, CV_8UC1), 90), std::invalid_argument);
+  EXPECT_THROW((void)encode_jpeg(cv::Mat(2, 2, CV_16UC1), 90), std::invalid_argument);
+  EXPECT_THROW((void)encode_jpeg(cv::Mat(), 90), std::invalid_argument);
+}
 
 }  // namespace
 }  // namespace stillmap
