@@ -18,6 +18,7 @@
 #include "stillmap/view/view_messages.hpp"
 
 #include <algorithm>
+#include <future>
 #include <memory>
 #include <string>
 
@@ -78,20 +79,23 @@ std::optional<Following> following_of(const RunRequest& request) {
   return Following{.patience = request.follow.value_or(Following{}.patience), .stop = interrupted};
 }
 
-/// Returns the timing of a recording's shutters as its first frames show it, also those that a
-/// stride leaves out. Unused if the camera file tells the timing.
-ShutterTiming shutter_of(const RunRequest& request, SourceOptions range,
-                         const SlamParameters& parameters, const Camera& camera) {
-  if (camera.shutter || parameters.schedule.realtime || range.following) return {};
+/// Finds the timing of a recording's shutters as its first frames show it, also those that a stride
+/// leaves out, while the run is prepared. Unused if the camera file tells the timing.
+std::future<ShutterTiming> shutter_of(const std::string& sequence, SourceOptions range,
+                                      const SlamParameters& parameters, const Camera& camera) {
+  const bool known = camera.shutter || parameters.schedule.realtime || range.following;
   range.stride = 1;
-  const int frames = range.count;
-  range.count = frames > 0 ? std::min(frames, kShutterFrames) : kShutterFrames;
-  const ShutterTiming timing =
-      calibrate_shutter([&] { return make_source(request.sequence, range); }, parameters);
-  if (timing == ShutterTiming{} || request.quiet) return timing;
+  range.count = range.count > 0 ? std::min(range.count, kShutterFrames) : kShutterFrames;
+  return std::async(std::launch::async, [=] {
+    return known ? ShutterTiming{}
+                 : calibrate_shutter([&] { return make_source(sequence, range); }, parameters);
+  });
+}
+
+void print(const ShutterTiming& timing) {
+  if (timing == ShutterTiming{}) return;
   print_out("shutters: readout {:.1f} ms, depth delay {:.1f} ms\n", 1000 * timing.readout,
             1000 * timing.depth_delay);
-  return timing;
 }
 
 /// Returns the settings of the command line that have no effect, with the reasons.
@@ -261,6 +265,8 @@ Session session_of(const RunRequest& request, const Options& options) {
   session.findings = source->findings();
   append(unused_settings(request, options), session.findings);
   session.parameters = parameters_of(options);
+  std::future<ShutterTiming> shutter =
+      shutter_of(request.sequence, range, session.parameters, source->camera());
   session.outputs = request.outputs;
   session.outputs.save_map = request.save_map;
   session.sequence = sequence_name(request.sequence);
@@ -310,8 +316,8 @@ Session session_of(const RunRequest& request, const Options& options) {
     session.view->board().publish(run_message(session.sequence, source->camera(),
                                               session.total_frames, Viewed::kRunInProgress));
   }
-  session.parameters.tracker.shutter =
-      shutter_of(request, range, session.parameters, source->camera());
+  session.parameters.tracker.shutter = shutter.get();
+  if (!request.quiet) print(session.parameters.tracker.shutter);
   session.source = std::move(source);
   return session;
 }

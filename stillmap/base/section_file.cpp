@@ -5,6 +5,7 @@
 #include "stillmap/base/deflate.hpp"
 #include "stillmap/base/error.hpp"
 
+#include <future>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -49,11 +50,17 @@ SectionWriter::SectionWriter(const SectionFormat& format, std::ostream& out, std
   out.write(later.data(), static_cast<std::streamsize>(later.size()));
 }
 
-void SectionWriter::add(const Section& section) {
+void SectionWriter::add(std::span<const Section> sections) {
   if (!out_) return;
-  const std::string packed = deflated(section.bytes, kLevel);
-  table_.push_back({section.name, crc32(packed), packed.size(), section.bytes.size()});
-  out_.write(packed.data(), static_cast<std::streamsize>(packed.size()));
+  std::vector<std::future<std::string>> compressed;
+  for (const Section& section : sections)
+    compressed.push_back(
+        std::async(std::launch::async, [&] { return deflated(section.bytes, kLevel); }));
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const std::string packed = compressed[i].get();
+    table_.push_back({sections[i].name, crc32(packed), packed.size(), sections[i].bytes.size()});
+    out_.write(packed.data(), static_cast<std::streamsize>(packed.size()));
+  }
 }
 
 void SectionWriter::finish() {

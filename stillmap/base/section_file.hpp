@@ -5,6 +5,7 @@
 #include <istream>
 #include <optional>
 #include <ostream>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,7 +49,9 @@ class SectionWriter {
   /// @param out   a stream at its beginning that can be moved in; its state tells of failures
   /// @param count number of sections that will be added
   SectionWriter(const SectionFormat& format, std::ostream& out, std::size_t count);
-  void add(const Section& section);
+  void add(const Section& section) { add(std::span(&section, 1)); }
+  /// Adds several, which are compressed at the same time.
+  void add(std::span<const Section> sections);
   /// Writes the header. Called after the last add().
   void finish();
 

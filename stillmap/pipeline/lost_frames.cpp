@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -66,10 +67,26 @@ struct Found {
   PoseEstimate estimate;
 };
 
+/// The local maps around keyframes of a map that rests, each made once.
+class LocalMaps {
+ public:
+  explicit LocalMaps(const Map& map) : map_(map) {}
+  const Map& map() const { return map_; }
+  LocalMapPtr around(KeyframeId reference) {
+    LocalMapPtr& local = made_[map_.current_keyframe(reference)];
+    if (!local) local = make_local_map(map_, map_.current_keyframe(reference));
+    return local;
+  }
+
+ private:
+  const Map& map_;
+  std::map<KeyframeId, LocalMapPtr> made_;
+};
+
 /// Returns the pose of a frame, searched around a guess or else from the reference keyframe alone.
-std::optional<Found> pose_near(const TrackingModel& model, const Map& map, const Frame& frame,
+std::optional<Found> pose_near(const TrackingModel& model, LocalMaps& maps, const Frame& frame,
                                const Guess& guess, int min_inliers) {
-  const LocalMapPtr local_map = make_local_map(map, map.current_keyframe(guess.reference));
+  const LocalMapPtr local_map = maps.around(guess.reference);
   auto pose =
       refine_in_local_map(model, *local_map, frame, {guess.T_world_camera, {}}, min_inliers);
   if (!pose) {
@@ -83,18 +100,19 @@ std::optional<Found> pose_near(const TrackingModel& model, const Map& map, const
 }
 
 /// Tracks a frame from its neighbors in the log. Returns whether it has a pose now.
-bool track_one(const TrackingModel& model, const Map& map, int min_inliers, const Frame& frame,
+bool track_one(const TrackingModel& model, LocalMaps& maps, int min_inliers, const Frame& frame,
                FrameLog& log) {
+  const Map& map = maps.map();
   const std::size_t position = log.position(frame.index());
   const FrameRecord& record = log.records()[position];
   const auto known = pose_in(map, record);
   if (known && record.state == TrackState::kStarted) return true;  // it is the map's reference
   const auto guess = guess_of(map, log.records(), static_cast<std::ptrdiff_t>(position));
   if (!guess) return known.has_value();
-  const auto found = pose_near(model, map, frame, *guess, min_inliers);
+  const auto found = pose_near(model, maps, frame, *guess, min_inliers);
   if (!found) return known.has_value();
   if (known) {
-    const auto again = pose_near(model, map, frame, {*known, record.reference}, min_inliers);
+    const auto again = pose_near(model, maps, frame, {*known, record.reference}, min_inliers);
     if (again && again->estimate.matches.size() >= found->estimate.matches.size()) return true;
   }
   log.place(frame.index(), found->reference, found->T_reference_camera, found->estimate);
@@ -128,12 +146,14 @@ void LostFrames::add(const TrackedFrame& tracked) {
 void LostFrames::track_again(const TrackingModel& model, const Map& map, int min_inliers,
                              FrameLog& log) const {
   const TraceScope scope("lost frames");
+  LocalMaps maps(map);
   // From the frames after each gap, then from those before it.
   std::vector<FramePtr> left;
-  std::copy_if(frames_.rbegin(), frames_.rend(), std::back_inserter(left),
-               [&](const auto& frame) { return !track_one(model, map, min_inliers, *frame, log); });
+  std::copy_if(frames_.rbegin(), frames_.rend(), std::back_inserter(left), [&](const auto& frame) {
+    return !track_one(model, maps, min_inliers, *frame, log);
+  });
   std::for_each(left.rbegin(), left.rend(),
-                [&](const auto& frame) { track_one(model, map, min_inliers, *frame, log); });
+                [&](const auto& frame) { track_one(model, maps, min_inliers, *frame, log); });
 }
 
 }  // namespace stillmap

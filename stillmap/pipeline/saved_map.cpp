@@ -5,6 +5,7 @@
 #include "stillmap/base/field_text.hpp"
 #include "stillmap/base/file.hpp"
 #include "stillmap/base/journal_file.hpp"
+#include "stillmap/base/parallel_for.hpp"
 #include "stillmap/map/camera_change.hpp"
 #include "stillmap/map/map_file.hpp"
 #include "stillmap/map/map_records.hpp"
@@ -105,15 +106,16 @@ void write_map(std::ostream& out, const SavedMap& saved) {
   ByteWriter info;
   info.put_text(saved.writer);
   file.add({kInfo, info.bytes()});
-  for (Section& section : sections) {
-    file.add(section);
-    section.bytes = {};
-  }
+  file.add(sections);
+  sections.clear();
   file.add({kVisits, visits_bytes(saved.views)});
   std::size_t begin = 0;
   for (const std::size_t end : ends) {
-    file.add({kDense, dense_bytes(std::span(saved.views).subspan(begin, end - begin))});
+    sections.push_back({kDense, dense_bytes(std::span(saved.views).subspan(begin, end - begin))});
     begin = end;
+    if (static_cast<int>(sections.size()) < all_threads() && end != ends.back()) continue;
+    file.add(sections);
+    sections.clear();
   }
   file.finish();
 }

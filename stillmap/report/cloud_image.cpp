@@ -2,6 +2,7 @@
 #include "stillmap/report/cloud_image.hpp"
 
 #include "stillmap/base/error.hpp"
+#include "stillmap/base/parallel_for.hpp"
 #include "stillmap/evaluate/statistics.hpp"
 #include "stillmap/report/chart.hpp"
 
@@ -26,7 +27,7 @@ constexpr int kFramingRounds = 12;       // number of iterations, enough for con
 constexpr double kNear = 0.05;           // smallest depth that is drawn [m]
 constexpr std::size_t kSamples = 20000;  // number of points used to choose the view
 constexpr double kLighting = 1.25;       // strength of the eye-dome lighting
-constexpr double kDeepest = 0.06;        // depth step beyond which the shade is constant [log m]
+constexpr float kDeepest = 0.06F;        // depth step beyond which the shade is constant [log m]
 constexpr int kFrusta = 7;               // number of camera frusta
 constexpr int kBandRows = 256;  // rows drawn at once, since lighting takes many images of memory
 
@@ -221,14 +222,16 @@ void light(Band& band, int supersampling) {
   cv::Mat1f log_depth, padded;
   cv::log(band.depth, log_depth);
   cv::copyMakeBorder(log_depth, padded, margin, margin, margin, margin, cv::BORDER_REPLICATE);
-  const cv::Mat1b drawn = band.depth < std::numeric_limits<float>::infinity();
-  cv::Mat1f behind = cv::Mat1f::zeros(band.depth.size()), difference;
-  for (const int radius : {supersampling, margin}) {
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const cv::Point corner(margin + dx * radius, margin + dy * radius);
-        difference = log_depth - padded(cv::Rect(corner, log_depth.size()));
-        cv::add(behind, cv::min(cv::max(difference, 0), kDeepest), behind, drawn);
+  cv::Mat1f behind = cv::Mat1f::zeros(band.depth.size());
+  for (int y = 0; y < behind.rows; ++y) {
+    float* sum = behind[y];
+    for (const int radius : {supersampling, margin}) {
+      for (const int dy : {-radius, 0, radius}) {
+        for (const int dx : {-radius, 0, radius}) {
+          const float *here = log_depth[y], *there = padded[y + margin + dy] + margin + dx;
+          for (int x = 0; x < behind.cols; ++x)  // 0 beside the background (inf - inf)
+            sum[x] += std::min(std::max(0.0F, here[x] - there[x]), kDeepest);
+        }
       }
     }
   }
@@ -352,10 +355,13 @@ cv::Mat draw_cloud(const CloudSpan& cloud, const Trajectory& cameras, const Clou
   const cv::Size size(options.width * options.supersampling,
                       options.height * options.supersampling);
   cv::Mat3b image(size);
-  for (int first = 0; first < size.height; first += kBandRows) {
+  const auto draw_band = [&](std::size_t band) {
+    const int first = static_cast<int>(band) * kBandRows;
     const int last = std::min(first + kBandRows, size.height);
     draw_rows(first, last, size, cloud, view, options).copyTo(image.rowRange(first, last));
-  }
+  };
+  const auto bands = static_cast<std::size_t>((size.height + kBandRows - 1) / kBandRows);
+  parallel_for(bands, all_threads(), [&] { return draw_band; });
   if (options.draw_cameras) draw_cameras(image, cameras, view, options);
   cv::Mat finished;
   cv::resize(image, finished, {options.width, options.height}, 0, 0, cv::INTER_AREA);

@@ -116,51 +116,85 @@ void undo_sub(unsigned char* row, std::size_t bytes) {
   }
 }
 
-template <std::size_t Pixel>
-void undo_average(unsigned char* row, const unsigned char* above, std::size_t bytes) {
-  const cv::v_int16x8 byte_mask = cv::v_setall_s16(255);
-  cv::v_int16x8 a = cv::v_setzero_s16();
-  for (std::size_t i = 0; i < bytes; i += Pixel) {
-    const cv::v_int16x8 b = load_pixel(above + i);
-    a = (load_pixel(row + i) + cv::v_shr<1>(a + b)) & byte_mask;
-    store_pixel<Pixel>(row + i, a);
-  }
+enum Filter { kNoFilter, kSub, kUp, kAverage, kPaeth };
+
+/// What a filter predicts of x (9.3, 9.4).
+template <Filter kFilter>
+cv::v_int16x8 predicted(const cv::v_int16x8& a, const cv::v_int16x8& b, const cv::v_int16x8& c) {
+  if constexpr (kFilter == kAverage) return cv::v_shr<1>(a + b);
+  // Distances of the estimate a + b - c to a, b and c; the nearest of the three predicts x.
+  const cv::v_int16x8 to_a = b - c, to_b = a - c, to_c = to_a + to_b;
+  const cv::v_int16x8 pa = cv::v_max(to_a, c - b), pb = cv::v_max(to_b, c - a);
+  const cv::v_int16x8 pc = cv::v_max(to_c, cv::v_setzero_s16() - to_c);
+  const cv::v_int16x8 least = cv::v_min(pc, cv::v_min(pa, pb));
+  return cv::v_select(pa == least, a, cv::v_select(pb == least, b, c));
 }
 
-template <std::size_t Pixel>
-void undo_paeth(unsigned char* row, const unsigned char* above, std::size_t bytes) {
-  const cv::v_int16x8 byte_mask = cv::v_setall_s16(255);
-  cv::v_int16x8 a = cv::v_setzero_s16(), c = a;
-  for (std::size_t i = 0; i < bytes; i += Pixel) {
-    const cv::v_int16x8 b = load_pixel(above + i);
-    // Distances of the estimate a + b - c to a, b and c; the nearest of the three predicts x (9.4).
-    const cv::v_int16x8 to_a = b - c, to_b = a - c, to_c = to_a + to_b;
-    const cv::v_int16x8 pa = cv::v_max(to_a, c - b), pb = cv::v_max(to_b, c - a);
-    const cv::v_int16x8 pc = cv::v_max(to_c, cv::v_setzero_s16() - to_c);
-    const cv::v_int16x8 least = cv::v_min(pc, cv::v_min(pa, pb));
-    const cv::v_int16x8 nearest = cv::v_select(pa == least, a, cv::v_select(pb == least, b, c));
-    a = (load_pixel(row + i) + nearest) & byte_mask;
+/// A row whose pixels each depend on the one before.
+template <std::size_t Pixel, Filter kFilter>
+struct SlowRow {
+  unsigned char* next;
+  cv::v_int16x8 a = cv::v_setzero_s16(), c = cv::v_setzero_s16();
+
+  void step(const cv::v_int16x8& b) {
+    a = (load_pixel(next) + predicted<kFilter>(a, b, c)) & cv::v_setall_s16(255);
     c = b;
-    store_pixel<Pixel>(row + i, a);
+    store_pixel<Pixel>(next, a);
+    next += Pixel;
+  }
+};
+
+template <std::size_t Pixel, Filter kFilter>
+void undo_slow(unsigned char* row, const unsigned char* above, std::size_t bytes) {
+  SlowRow<Pixel, kFilter> undone{row};
+  for (std::size_t i = 0; i < bytes; i += Pixel) undone.step(load_pixel(above + i));
+}
+
+/// Two rows at once, the lower one a pixel behind: a processor has time for another pixel while it
+/// computes one.
+template <std::size_t Pixel, Filter kFilter, Filter kBelow>
+void undo_two(unsigned char* row, const unsigned char* above, std::size_t bytes) {
+  SlowRow<Pixel, kFilter> first{row};
+  SlowRow<Pixel, kBelow> second{row + bytes + 1};
+  first.step(load_pixel(above));
+  for (std::size_t i = Pixel; i < bytes; i += Pixel) {
+    const cv::v_int16x8 between = first.a;
+    first.step(load_pixel(above + i));
+    second.step(between);
+  }
+  second.step(first.a);
+}
+
+bool is_slow(int filter) { return filter == kAverage || filter == kPaeth; }
+
+template <std::size_t Pixel>
+void undo_two(unsigned char* row, const unsigned char* above, std::size_t bytes) {
+  const bool average = row[-1] == kAverage;
+  if (row[bytes] == kAverage) {
+    average ? undo_two<Pixel, kAverage, kAverage>(row, above, bytes)
+            : undo_two<Pixel, kPaeth, kAverage>(row, above, bytes);
+  } else {
+    average ? undo_two<Pixel, kAverage, kPaeth>(row, above, bytes)
+            : undo_two<Pixel, kPaeth, kPaeth>(row, above, bytes);
   }
 }
 
 template <std::size_t Pixel>
 bool undo_filter(int filter, unsigned char* row, const unsigned char* above, std::size_t bytes) {
   switch (filter) {
-    case 0:
+    case kNoFilter:
       return true;
-    case 1:
+    case kSub:
       undo_sub<Pixel>(row, bytes);
       return true;
-    case 2:
+    case kUp:
       undo_up(row, above, bytes);
       return true;
-    case 3:
-      undo_average<Pixel>(row, above, bytes);
+    case kAverage:
+      undo_slow<Pixel, kAverage>(row, above, bytes);
       return true;
-    case 4:
-      undo_paeth<Pixel>(row, above, bytes);
+    case kPaeth:
+      undo_slow<Pixel, kPaeth>(row, above, bytes);
       return true;
     default:
       return false;
@@ -175,7 +209,13 @@ bool undo_filters(const Header& header, unsigned char* rows) {
   const unsigned char* above = nothing.data();
   for (int y = 0; y < header.height; ++y) {
     unsigned char* row = rows + static_cast<std::size_t>(y) * (bytes + 1) + 1;
-    if (!undo_filter<Pixel>(row[-1], row, above, bytes)) return false;
+    if (is_slow(row[-1]) && y + 1 < header.height && is_slow(row[bytes])) {
+      undo_two<Pixel>(row, above, bytes);
+      row += bytes + 1;
+      ++y;
+    } else if (!undo_filter<Pixel>(row[-1], row, above, bytes)) {
+      return false;
+    }
     above = row;
   }
   return true;

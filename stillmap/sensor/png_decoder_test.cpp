@@ -132,11 +132,13 @@ int predict(int filter, int a, int b, int c) {
   }
 }
 
-std::vector<unsigned char> filtered(const cv::Mat& image, int filter) {
+/// Filters the rows with the filters of a list in turn.
+std::vector<unsigned char> filtered(const cv::Mat& image, const std::vector<int>& filters) {
   const int pixel = image.channels(), bytes = image.cols * pixel;
   std::vector<unsigned char> raw;
   const auto at = [&](int y, int i) { return y < 0 || i < 0 ? 0 : image.ptr(y)[i]; };
   for (int y = 0; y < image.rows; ++y) {
+    const int filter = filters[static_cast<std::size_t>(y) % filters.size()];
     raw.push_back(static_cast<unsigned char>(filter));
     for (int i = 0; i < bytes; ++i) {
       const int above_left = i < pixel ? 0 : at(y - 1, i - pixel);
@@ -166,36 +168,49 @@ std::vector<unsigned char> png_file(cv::Size size, int color_type,
   return png;
 }
 
-std::vector<unsigned char> png_of(const cv::Mat& image, int filter) {
+std::vector<unsigned char> png_of(const cv::Mat& image, const std::vector<int>& filters) {
   const int color_type = image.channels() == 1 ? 0 : image.channels() == 3 ? 2 : 6;
-  return png_file(image.size(), color_type, {{"IDAT", stored(filtered(image, filter))}});
+  return png_file(image.size(), color_type, {{"IDAT", stored(filtered(image, filters))}});
 }
 
-TEST_P(RowFilters, AreUndone) {
+void expect_undone(const std::vector<int>& filters) {
   for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4}) {
-    cv::Mat image(37, 53, type), expected;
-    cv::theRNG().state = 5;
-    cv::randu(image, 0, 256);
-    const cv::Mat decoded = decode_png(png_of(image, GetParam()));
-    ASSERT_EQ(decoded.type(), type);
-    expected = image;
-    if (type == CV_8UC3) cv::cvtColor(image, expected, cv::COLOR_RGB2BGR);
-    if (type == CV_8UC4) cv::cvtColor(image, expected, cv::COLOR_RGBA2BGRA);
-    EXPECT_EQ(cv::norm(decoded, expected, cv::NORM_INF), 0);
+    for (const int width : {1, 2, 53}) {
+      cv::Mat image(51, width, type), expected;
+      cv::theRNG().state = 5;
+      cv::randu(image, 0, 256);
+      const cv::Mat decoded = decode_png(png_of(image, filters));
+      ASSERT_EQ(decoded.type(), type);
+      expected = image;
+      if (type == CV_8UC3) cv::cvtColor(image, expected, cv::COLOR_RGB2BGR);
+      if (type == CV_8UC4) cv::cvtColor(image, expected, cv::COLOR_RGBA2BGRA);
+      EXPECT_EQ(cv::norm(decoded, expected, cv::NORM_INF), 0);
+    }
   }
+}
+
+TEST_P(RowFilters, AreUndone) { expect_undone({GetParam()}); }
+
+TEST(DecodePng, UndoesAllPairsOfFilters) {
+  std::vector<int> filters;
+  for (int above = 0; above < 5; ++above)
+    for (int below = 0; below < 5; ++below) filters.insert(filters.end(), {above, below});
+  expect_undone(filters);
+  filters.erase(filters.begin());  // the rows that are undone two at a time begin elsewhere
+  expect_undone(filters);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RowFilters, ::testing::Range(0, 5));
 
 TEST(DecodePng, RejectsAnUnknownFilter) {
   const cv::Mat image(4, 4, CV_8UC3, cv::Scalar::all(9));
-  const auto png = png_of(image, 7);
+  const auto png = png_of(image, {7});
   EXPECT_EQ(png_damage(png), "");
   EXPECT_TRUE(decode_png(png).empty());
 }
 
 TEST(PngDamage, IsDetectedForEveryChangedByte) {
-  const auto good = png_of(test_image({9, 7}, CV_8UC3), 4);
+  const auto good = png_of(test_image({9, 7}, CV_8UC3), {4});
   ASSERT_EQ(png_damage(good), "");
   for (std::size_t i = 8; i < good.size(); ++i) {
     auto bad = good;
@@ -205,7 +220,7 @@ TEST(PngDamage, IsDetectedForEveryChangedByte) {
 }
 
 TEST(PngDamage, IsDetectedForEveryTruncation) {
-  const auto good = png_of(test_image({9, 7}, CV_8UC3), 4);
+  const auto good = png_of(test_image({9, 7}, CV_8UC3), {4});
   for (std::size_t size = 33; size < good.size(); ++size) {
     EXPECT_NE(png_damage(std::span(good).first(size)), "") << size << " bytes";
   }
@@ -224,7 +239,7 @@ class PngFile : public ::testing::Test {
 TEST_F(PngFile, APaletteIsResolved) {
   const cv::Mat index = (cv::Mat_<unsigned char>(2, 2) << 0, 1, 1, 0);
   const auto png = png_file(
-      {2, 2}, 3, {{"PLTE", {255, 0, 0, 10, 20, 30}}, {"IDAT", stored(filtered(index, 0))}});
+      {2, 2}, 3, {{"PLTE", {255, 0, 0, 10, 20, 30}}, {"IDAT", stored(filtered(index, {0}))}});
   const ImageRead read = this->read(png, {2, 2});
   ASSERT_EQ(read.problem, "");
   EXPECT_EQ(read.image.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 255));
@@ -234,8 +249,8 @@ TEST_F(PngFile, APaletteIsResolved) {
 TEST_F(PngFile, AlphaIsDroppedAndGrayIsReplicated) {
   const cv::Mat with_alpha(3, 3, CV_8UC4, cv::Scalar(1, 2, 3, 128)),
       gray(3, 3, CV_8UC1, cv::Scalar(77));
-  EXPECT_EQ(read(png_of(with_alpha, 4), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(3, 2, 1));
-  EXPECT_EQ(read(png_of(gray, 3), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(77, 77, 77));
+  EXPECT_EQ(read(png_of(with_alpha, {4}), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(3, 2, 1));
+  EXPECT_EQ(read(png_of(gray, {3}), {3, 3}).image.at<cv::Vec3b>(1, 1), cv::Vec3b(77, 77, 77));
 }
 
 TEST_F(PngFile, PixelsThatDoNotInflateAreDamageWithoutOutput) {
@@ -249,7 +264,7 @@ TEST_F(PngFile, PixelsThatDoNotInflateAreDamageWithoutOutput) {
 
 TEST_F(PngFile, TooFewPixelsAreDamage) {
   const cv::Mat half(2, 4, CV_8UC3, cv::Scalar::all(5));
-  const auto png = png_file({4, 4}, 2, {{"IDAT", stored(filtered(half, 0))}});
+  const auto png = png_file({4, 4}, 2, {{"IDAT", stored(filtered(half, {0}))}});
   EXPECT_EQ(read(png, {4, 4}).problem, "cannot be decoded: it is damaged");
 }
 

@@ -36,11 +36,12 @@ RgbdFramePtr without_moving_classes(const Frame& frame) {
   if (frame.evidence.surface_prior.empty()) return frame.image;
   auto image = std::make_shared<RgbdFrame>(*frame.image);
   image->depth = image->depth.clone();
+  const cv::Mat1f& prior = frame.evidence.surface_prior;
   for (int v = 0; v < image->depth.rows; ++v) {
-    for (int u = 0; u < image->depth.cols; ++u) {
-      if (is_of_moving_class(frame, static_cast<float>(u), static_cast<float>(v)))
-        image->depth.at<float>(v, u) = 0;
-    }
+    auto* depth = image->depth.ptr<float>(v);
+    const float* cells = prior[frame.cells->cell_of(0, static_cast<float>(v)).y];
+    for (int u = 0; u < image->depth.cols; ++u)
+      if (cells[frame.cells->cell_of(static_cast<float>(u), 0).x] < kMovingSurface) depth[u] = 0;
   }
   return image;
 }
@@ -82,6 +83,13 @@ std::vector<Pose> rigid_motions(const Camera& camera, std::vector<RigidPair> pai
   return motions;
 }
 
+/// Returns whether two motions are so near that the image refines them to the same one.
+bool are_alike(const Pose& a, const Pose& b) {
+  constexpr double kMeters = 0.005, kRadians = 0.005;
+  const Vector6d difference = (a.inverse() * b).log();
+  return difference.head<3>().norm() < kMeters && difference.tail<3>().norm() < kRadians;
+}
+
 std::vector<std::uint8_t> standing(const TrackingModel& model, const Frame& frame,
                                    const ImageAgreement& images, const Pose& T_earlier_frame) {
   std::vector<std::uint8_t> stands;
@@ -108,9 +116,11 @@ std::optional<StartVerification::Motion> StartVerification::contradiction(
   const ImageAgreement images(model.camera, *without_moving_classes(*earlier_),
                               *without_moving_classes(*frame));
   const Pose tracked = T_world_earlier_.inverse() * T_world_camera;
-  double most = kMinRatio * std::max(images.of(tracked), images.of(images.refined(tracked)));
+  const Pose refined_tracked = images.refined(tracked);
+  double most = kMinRatio * std::max(images.of(tracked), images.of(refined_tracked));
   std::optional<Pose> best;  // T_earlier_frame
   for (const Pose& motion : rigid_motions(model.camera, pairs_of(model, *earlier_, *frame))) {
+    if (are_alike(motion, refined_tracked)) continue;
     const Pose refined = images.refined(motion);
     const double agreement = images.of(refined);
     if (agreement <= most) continue;
