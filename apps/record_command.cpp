@@ -98,7 +98,7 @@ class FolderWriter {
 
   void write(const cv::Mat& image, const char* kind, double stamp, std::ofstream& list) const {
     const std::string name = fmt::format("{}/{:.9f}.png", kind, stamp);
-    write_png(folder_ / name, image, kFastPng);
+    write_png(folder_ / name, image);
     list << fmt::format("{:.9f} {}\n", stamp, name) << std::flush;
     if (!list) throw Error("a list cannot be written", folder_.string(), "free space on the disk");
   }

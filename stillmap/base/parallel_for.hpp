@@ -30,4 +30,15 @@ void parallel_for(std::size_t count, int threads, const MakeWorker& make_worker)
   work();
 }
 
+/// Calls `work(i)` for every index below `count`; a thread takes the indices of one remainder, the
+/// same in every call, so that what it adds to again and again stays in the cache of its core.
+template <typename Work>
+void parallel_lanes(std::size_t count, int threads, const Work& work) {
+  const auto lanes = static_cast<std::size_t>(std::max(1, threads));
+  const auto take = [&](std::size_t lane) {
+    for (std::size_t i = lane; i < count; i += lanes) work(i);
+  };
+  parallel_for(lanes, threads, [&] { return take; });
+}
+
 }  // namespace stillmap

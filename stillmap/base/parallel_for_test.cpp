@@ -17,6 +17,14 @@ TEST(ParallelFor, CallsEveryIndexOnce) {
   }
 }
 
+TEST(ParallelLanes, CallEveryIndexOnce) {
+  for (const int threads : {0, 1, 2, 7}) {
+    std::vector<int> calls(100, 0);
+    parallel_lanes(calls.size(), threads, [&](std::size_t i) { ++calls[i]; });
+    EXPECT_EQ(std::count(calls.begin(), calls.end(), 1), 100) << threads;
+  }
+}
+
 TEST(ParallelFor, MakesNoMoreWorkersThanThreads) {
   std::atomic<int> workers{0};
   parallel_for(100, 3, [&] {

@@ -71,14 +71,13 @@ class PointGroups {
   template <typename Use>
   void for_each_in(const ViewProjection& view, int threads, const Use& use) const {
     constexpr auto kRadius = static_cast<float>(0.87 * kSide);  // half a diagonal
-    const auto visit = [&](std::size_t group) {
+    parallel_lanes(groups_.size(), threads, [&](std::size_t group) {
       const auto& [center, first, last] = groups_[group];
       if (!view.reaches(center, kRadius)) return;
       for (std::size_t i = first; i < last; ++i) {
         if (const auto projected = view(points_[i])) use(i, *projected);
       }
-    };
-    parallel_for(groups_.size(), threads, [&] { return visit; });
+    });
   }
 
  private:

@@ -105,9 +105,11 @@ void StaticGrid::add(const DenseView& view, const Pose& T_world_camera) {
   insert(voting_views_.back().placed);
   if (!options_.remove_ghosts) return view.drop_pages();
   const std::uint32_t newest = newest_view();
-  const std::vector<std::uint32_t> blocks = blocks_in_reach(voting_views_.back().placed);
-  const auto vote_on = [&](std::size_t i) { vote(newest, blocks[i], {0, known}); };
-  parallel_for(blocks.size(), threads_, [&] { return vote_on; });
+  std::vector<std::uint8_t> reached(block_centers_.size());
+  for (const std::uint32_t block : blocks_in_reach(voting_views_.back().placed)) reached[block] = 1;
+  parallel_lanes(reached.size(), threads_, [&](std::size_t block) {
+    if (reached[block] != 0) vote(newest, static_cast<std::uint32_t>(block), {0, known});
+  });
   vote_on_new({newest > previous_views_ ? newest - previous_views_ : 1, newest}, {known, kNone});
   view.drop_pages();
 }

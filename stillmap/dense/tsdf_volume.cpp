@@ -48,7 +48,7 @@ void TsdfVolume::integrate(const DenseView& view, const Pose& T_world_camera,
     if (!camera.contains(pixel.x(), pixel.y(), margin)) return;
     update(blocks_[i], corner_of(number, side), view, T_camera_world, surface);
   };
-  parallel_for(blocks_.size(), all_threads(), [&] { return update_block; });
+  parallel_lanes(blocks_.size(), all_threads(), update_block);
 }
 
 // Adds blocks along the rays to all surfaces, up to the truncation distance.

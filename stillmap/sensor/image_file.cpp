@@ -225,8 +225,6 @@ ImageRead read_stored_image(const fs::path& file) {
   return decode(loaded.bytes);
 }
 
-void write_png(const fs::path& file, const cv::Mat& image, int level) {
-  write_file(file, encode_png(image, level));
-}
+void write_png(const fs::path& file, const cv::Mat& image) { write_file(file, encode_png(image)); }
 
 }  // namespace stillmap

@@ -67,6 +67,6 @@ HeaderRead decode_image_header(std::span<const unsigned char> bytes);
 ImageRead read_stored_image(const std::filesystem::path& file);
 
 /// Writes an image as a PNG file (encode_png()). Throws Error if that fails.
-void write_png(const std::filesystem::path& file, const cv::Mat& image, int level = kSmallPng);
+void write_png(const std::filesystem::path& file, const cv::Mat& image);
 
 }  // namespace stillmap

@@ -21,8 +21,6 @@ namespace {
 /// File with the static objects; only simulated sequences have one.
 constexpr const char* kMarker = "things.csv";
 
-constexpr int kLevel = kFastPng;  // noise is hardly compressible
-
 cv::Mat raw_depth(const cv::Mat& meters, double factor) {
   cv::Mat raw;
   meters.convertTo(raw, CV_16UC1, factor);  // rounds and saturates
@@ -157,12 +155,12 @@ std::size_t write_tum_layout(const SimulatedSequence& sequence, const std::files
   for (bool goes_on = true; goes_on && frames < sequence.frames();) {
     const SimulatedFrame made = sequence.at(frames);
     const std::string stamp = fmt::format("{:.6f}", made.truth.timestamp), file = stamp + ".png";
-    write_png(folder / "rgb" / file, made.frame->color, kLevel);
-    write_png(folder / "depth" / file, raw_depth(made.frame->depth, sequence.camera().depth_factor),
-              kLevel);
-    write_png(folder / "mask" / file, class_mask(made.truth), kLevel);
-    write_png(folder / "instance" / file, made.truth.instances, kLevel);
-    write_png(folder / "speed" / file, speed_levels(sequence.speed(frames)), kLevel);
+    write_png(folder / "rgb" / file, made.frame->color);
+    write_png(folder / "depth" / file,
+              raw_depth(made.frame->depth, sequence.camera().depth_factor));
+    write_png(folder / "mask" / file, class_mask(made.truth));
+    write_png(folder / "instance" / file, made.truth.instances);
+    write_png(folder / "speed" / file, speed_levels(sequence.speed(frames)));
     lists.add(stamp, made.truth);
     surface.add(made.truth);
     ++frames;
