@@ -81,6 +81,8 @@ DensePaths paths_of(const DenseArguments& arguments) {
 
 /// Returns the parameters from the options of the run, overridden by those of the command line.
 DenseOptions options_of(const DenseArguments& arguments, const fs::path& file) {
+  if (arguments.mesh_voxel && arguments.outputs.mesh.empty())
+    throw Error("has no effect without a mesh", "--mesh-voxel", "add --mesh");
   Options options = read_options("", file);
   options.dense.voxel = arguments.voxel.value_or(options.dense.voxel);
   options.dense.memory = arguments.memory.value_or(options.dense.memory);

@@ -264,6 +264,10 @@ class ImageWriter {
   PosedImages written() {
     PosedImages images{photo_camera(*placed_.views.front().view), {}};
     for (const PosedView& posed : placed_.views) write(posed, images);
+    if (masked_ == 0)
+      print_error(
+          "stillmap: note: no pixel is masked: nothing moved, or the map was made without a "
+          "network, and people who stood still are in the images\n");
     return images;
   }
 
@@ -273,7 +277,9 @@ class ImageWriter {
     const std::string name = fmt::format("{:05}.jpg", images.images.size());
     const cv::Size size(images.camera.width, images.camera.height);
     folder_.write_text("images/" + name, std::string(view.photo.begin(), view.photo.end()));
-    write("masks/" + name + ".png", enlarged(static_mask(posed, *placed_.grid), size));
+    const cv::Mat1b mask = static_mask(posed, *placed_.grid);
+    masked_ += cv::countNonZero(mask == 0);
+    write("masks/" + name + ".png", enlarged(mask, size));
     if (with_depth_) write("depth/" + name + ".png", enlarged(static_millimeters(view), size));
     images.images.push_back({name, posed.T_world_camera});
     view.drop_pages();
@@ -290,6 +296,7 @@ class ImageWriter {
   const PlacedMap& placed_;
   bool with_depth_;
   ResultFolder& folder_;
+  std::int64_t masked_ = 0;  // pixels
 };
 
 void write_colmap(const PosedImages& images, const Cloud& cloud, ColmapFormat format,

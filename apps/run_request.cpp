@@ -105,9 +105,15 @@ std::vector<Finding> unused_settings(const RunRequest& request, const Options& o
     unused.push_back(
         make_finding("unused-setting", fmt::format("{} has no effect: {}", setting, reason)));
   };
+  const DenseOutputs& outputs = request.outputs.dense;
   for (const std::string& setting : request.settings) {
-    const auto reason = why_unused(setting.substr(0, setting.find('=')), options);
+    const std::string path = setting.substr(0, setting.find('='));
+    const auto reason = why_unused(path, options);
     if (reason) add("--set " + setting, *reason);
+    if (path == "outputs.mesh_voxel" && outputs.mesh.empty())
+      add("--set " + setting, "no mesh is written without --mesh");
+    if (path.starts_with("outputs.planner_") && !outputs.planner)
+      add("--set " + setting, "no files for planners are written without --planner");
   }
   const bool uses_instances = use_instances(make_cues(parameters_of(options).motion));
   for (const auto& [flag, given] : {std::pair("--model", !request.model.empty()),
@@ -120,8 +126,7 @@ std::vector<Finding> unused_settings(const RunRequest& request, const Options& o
   if (request.memory) {
     if (const auto reason = why_unused("dense.memory", options)) add("--memory", *reason);
   }
-  const bool dense_outputs = request.outputs.dense.planner || !request.outputs.dense.mesh.empty();
-  if (dense_outputs && !options.dense.enabled)
+  if ((outputs.planner || !outputs.mesh.empty()) && !options.dense.enabled)
     add("--planner or --mesh", "dense.enabled is false, so there is no dense map");
   return unused;
 }

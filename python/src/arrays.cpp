@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <pybind11/stl/filesystem.h>
@@ -163,6 +164,17 @@ Pose motion_of(const Matrix4& matrix, const char* argument) {
   if (const auto T = rigid_motion(numbers)) return *T;
   throw Error(std::string(argument) + " is no rigid motion", "stillmap",
               "give a rotation and a translation [m] as a 4 x 4 matrix");
+}
+
+Pose motion_of(const MatrixOrNumbers& motion, const char* argument) {
+  if (const auto* matrix = std::get_if<Matrix4>(&motion)) return motion_of(*matrix, argument);
+  const auto& [x, y, z, qx, qy, qz, qw] = std::get<1>(motion);
+  const Eigen::Quaterniond q(qw, qx, qy, qz);
+  const Eigen::Vector3d t(x, y, z);
+  constexpr double kRounded = 1e-3;
+  if (t.allFinite() && std::abs(q.norm() - 1) < kRounded) return {q.normalized(), t};
+  throw Error(std::string(argument) + " is no rigid motion", "stillmap",
+              "give a translation [m] and a quaternion of length 1 as x y z qx qy qz qw");
 }
 
 py::object matrix_of(const Pose& T_a_b) {

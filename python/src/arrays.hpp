@@ -8,6 +8,7 @@
 #include <memory>
 #include <pybind11/pybind11.h>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -42,6 +43,9 @@ pybind11::object matrix_of(const Pose& T_a_b);
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 /// Returns the rigid motion in a matrix, row by row. Throws Error with the name of the argument.
 Pose motion_of(const Matrix4& matrix, const char* argument);
+/// The same, or the seven numbers of files: translation [m] and quaternion, x y z w.
+using MatrixOrNumbers = std::variant<Matrix4, std::array<double, 7>>;
+Pose motion_of(const MatrixOrNumbers& motion, const char* argument);
 
 /// Returns a stillmap.Trajectory of N x 8 float64: timestamp [s], translation [m], quaternion x y z
 /// w of T_world_camera.

@@ -132,7 +132,7 @@ void bind_cloud(py::module_& module) {
 
 using GridPtr = std::shared_ptr<NavigationGrid>;
 
-GridPtr grid_of(const Cloud& cloud, const Matrix4& T_map_world,
+GridPtr grid_of(const Cloud& cloud, const MatrixOrNumbers& T_map_world,
                 const std::vector<Eigen::Vector3d>& way, const NavigationGridOptions& options) {
   auto grid = navigation_grid(cloud, way, motion_of(T_map_world, "T_map_world"), options);
   return grid ? std::make_shared<NavigationGrid>(std::move(*grid)) : nullptr;
@@ -163,7 +163,7 @@ void bind_navigation_grid(py::module_& module) {
           py::arg("x"), py::arg("y"), "Distance at a position, interpolated [m]; None outside.");
   module.def(
       "navigation_grid",
-      [](const Cloud& cloud, const Matrix4& T_map_world, const Positions& way, double cell,
+      [](const Cloud& cloud, const MatrixOrNumbers& T_map_world, const Positions& way, double cell,
          double lowest, double highest, double radius) {
         std::vector<Eigen::Vector3d> positions;
         for (const auto& [x, y, z] : way) positions.emplace_back(x, y, z);
@@ -177,7 +177,8 @@ void bind_navigation_grid(py::module_& module) {
       "The grid of static surfaces, such as Snapshot.cloud during a run, for planners. A cell is "
       "occupied if surfaces are in it between the heights lowest and highest above the floor [m]; "
       "otherwise it is free if floor was seen in it, or if it is within radius of the way of the "
-      "robot's base, N x 3 in the world frame. T_map_world: z upwards, the floor at z = 0. None "
+      "robot's base, N x 3 in the world frame. T_map_world: z upwards, the floor at z = 0; a 4 x 4 "
+      "matrix, or the seven numbers of floor.json. None "
       "without surfaces and way.");
 }
 

@@ -113,7 +113,7 @@ class NavigationGrid:
     def distances(self) -> NDArray[np.float32]: ...  # rows x columns
     def distance_at(self, x: float, y: float) -> float | None: ...
 
-def navigation_grid(cloud: Cloud, T_map_world: Sequence[Sequence[float]] | NDArray[np.float64], *,
+def navigation_grid(cloud: Cloud, T_map_world: Sequence[Sequence[float]] | Sequence[float] | NDArray[np.float64], *,
                     way: Sequence[Sequence[float]] | NDArray[np.float64] = (),
                     cell: float = 0.05, lowest: float = 0.1, highest: float = 1.8,
                     radius: float = 0.2) -> NavigationGrid | None: ...

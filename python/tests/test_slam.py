@@ -275,8 +275,11 @@ def test_the_grid_of_the_live_cloud(frames, camera):
     assert len(seen) > 100 and (grid.cells[v, u] == 100).all() and (grid.distances[v, u] == 0).all()
     assert grid.distances.dtype == np.float32 and grid.distances.shape == grid.cells.shape
     assert grid.distance_at(0, 0) > 0 and grid.distance_at(100, 0) is None
-    with pytest.raises(stillmap.Error, match="T_map_world"):
-        stillmap.navigation_grid(cloud, np.zeros((4, 4)))
+    by_numbers = stillmap.navigation_grid(cloud, [0, 0, 1, -0.5, 0.5, -0.5, 0.5], way=np.zeros((1, 3)), cell=0.1)
+    assert (by_numbers.cells == grid.cells).all()
+    for wrong in (np.zeros((4, 4)), np.zeros(7)):
+        with pytest.raises(stillmap.Error, match="T_map_world"):
+            stillmap.navigation_grid(cloud, wrong)
 
 
 def test_the_distance_field_of_the_live_cloud(frames, camera):

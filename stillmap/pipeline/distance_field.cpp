@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/base/error.hpp"
+#include "stillmap/pipeline/grid_checks.hpp"
 #include "stillmap/slam.hpp"
 
 #include <algorithm>
@@ -8,12 +8,10 @@
 #include <limits>
 
 #include <Eigen/Geometry>
-#include <fmt/format.h>
 
 namespace stillmap {
 namespace {
 
-constexpr double kMostCells = 1e8;
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
 /// A position between the centers of eight cells.
@@ -98,21 +96,15 @@ void transform(DistanceField& field) {
 
 std::optional<DistanceField> distance_field(const Cloud& cloud, double cell, double margin) {
   constexpr const char* kWhere = "distance_field";
-  if (!(cell > 0 && std::isfinite(cell)))
-    throw Error(fmt::format("the side of a cell is {} m", cell), kWhere, "give a positive one");
-  if (!(margin >= 0 && std::isfinite(margin)))
-    throw Error(fmt::format("the margin is {} m", margin), kWhere, "give 0 or a positive one");
+  require_positive(cell, "the side of a cell", kWhere);
+  require_not_negative(margin, "the margin", kWhere);
   if (cloud.empty()) return std::nullopt;
-  if (!std::ranges::all_of(cloud.points, [](const auto& p) { return p.allFinite(); }))
-    throw Error("a point is not finite", kWhere, "leave it out");
+  require_finite(cloud.points, kWhere);
   Eigen::AlignedBox3d extent;
   for (const Eigen::Vector3f& p : cloud.points) extent.extend(p.cast<double>());
   const Eigen::Array3d first = ((extent.min().array() - margin) / cell).floor();
   const Eigen::Array3d size = ((extent.max().array() + margin) / cell).floor() - first + 1;
-  if (!(size.prod() < kMostCells))
-    throw Error(fmt::format("{:g} x {:g} x {:g} m have too many cells of {:g} m",
-                            extent.sizes().x(), extent.sizes().y(), extent.sizes().z(), cell),
-                kWhere, "give larger cells");
+  require_few_cells(Eigen::Vector3d(size * cell), cell, kWhere);
   DistanceField field{cell, first * cell, size.cast<int>(), {}};
   field.distances.assign(static_cast<std::size_t>(size.prod()), kNone);
   for (const Eigen::Vector3f& p : cloud.points) {

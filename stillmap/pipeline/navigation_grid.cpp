@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/base/error.hpp"
+#include "stillmap/pipeline/grid_checks.hpp"
 #include "stillmap/slam.hpp"
 
 #include <algorithm>
@@ -13,21 +13,16 @@ namespace stillmap {
 namespace {
 
 constexpr std::int8_t kUnknown = -1, kFree = 0, kOccupied = 100;
-constexpr double kMostCells = 1e8;
+constexpr const char* kWhere = "navigation_grid";
 
 /// Throws Error for options out of range.
 void check(const NavigationGridOptions& options) {
-  constexpr const char* kWhere = "navigation_grid";
-  if (!(options.cell > 0 && std::isfinite(options.cell)))
-    throw Error(fmt::format("the side of a cell is {} m", options.cell), kWhere,
-                "give a positive one");
+  require_positive(options.cell, "the side of a cell", kWhere);
   if (!(options.lowest < options.highest))
     throw Error(fmt::format("the lowest height, {} m, is not below the highest, {} m",
                             options.lowest, options.highest),
                 kWhere, "exchange them");
-  if (!(options.radius >= 0 && std::isfinite(options.radius)))
-    throw Error(fmt::format("the radius of the robot is {} m", options.radius), kWhere,
-                "give 0 or a positive one");
+  require_not_negative(options.radius, "the radius of the robot", kWhere);
 }
 
 /// Returns the points in frame `map`.
@@ -36,10 +31,6 @@ std::vector<Eigen::Vector3d> in_map(const Cloud& cloud, const Pose& T_map_world)
   points.reserve(cloud.size());
   for (const Eigen::Vector3f& p : cloud.points) points.push_back(T_map_world * p.cast<double>());
   return points;
-}
-
-bool is_finite(const std::vector<Eigen::Vector3d>& points) {
-  return std::ranges::all_of(points, [](const auto& p) { return p.allFinite(); });
 }
 
 /// Marks cells of a grid by positions.
@@ -95,12 +86,9 @@ std::optional<NavigationGrid> navigation_grid(const Cloud& cloud,
   for (const Eigen::Vector3d& p : points) contain(p);
   for (const Eigen::Vector3d& at : way) contain(T_map_world * at);
   if (extent.isEmpty()) return std::nullopt;
-  if (!is_finite(points) || !is_finite(way))
-    throw Error("a position is not finite", "navigation_grid", "leave it out");
-  if (!(extent.volume() / (options.cell * options.cell) < kMostCells))
-    throw Error(fmt::format("{:g} x {:g} m have too many cells of {:g} m", extent.sizes().x(),
-                            extent.sizes().y(), options.cell),
-                "navigation_grid", "give larger cells");
+  require_finite(points, kWhere);
+  require_finite(way, kWhere);
+  require_few_cells(Eigen::Vector2d(extent.sizes()), options.cell, kWhere);
   const Marker marker(extent, options.cell);
   cv::Mat1b occupied = marker.none(), floor = marker.none(), driven = marker.none();
   for (const Eigen::Vector3d& p : points) {

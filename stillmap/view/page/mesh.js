@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The textured mesh of a finished run, shown in place of the points.
+// The textured mesh of a finished run, shown in place of the points and of the planner's cells.
 import { $, on, setCount, state } from './page.js';
 import { shownBelow } from './cloud.js';
 import { empty, layers, redraw } from './scene.js';
@@ -53,7 +53,7 @@ on('mesh', ({ positions, places, triangles, jpeg }) => {
   layers.mesh.add(new THREE.Mesh(geometry, new THREE.RawShaderMaterial({ uniforms, vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER, side: THREE.DoubleSide })));
   state.triangles = triangles.length / 3;
   setCount('mesh', countText(state.triangles));
-  document.querySelector('[data-layer=cloud]').checked = false;
+  for (const covering of ['cloud', 'obstacles', 'free']) document.querySelector(`[data-layer=${covering}]`).checked = false;
   $('colors').title = 'Of the points; the mesh has those of the images';
   redraw();
 });
