@@ -54,7 +54,8 @@ DeadReckoning::DeadReckoning(const Camera& camera) {
   if (camera.wheels) wheels_.emplace(*camera.wheels);
 }
 
-void DeadReckoning::propagate(const RgbdFrame& image) {
+void DeadReckoning::propagate(const RgbdFrame& image, bool gyro_contradicted) {
+  gyro_contradicted_ = gyro_contradicted;
   ++frames_;
   without_imu_ += inertia_ && !reaches(image.imu, image.timestamp);
   without_odometry_ += wheels_ && !reaches(image.odometry, image.timestamp);
@@ -99,7 +100,7 @@ std::optional<Eigen::Vector3d> DeadReckoning::up_in_camera() const {
 }
 
 bool DeadReckoning::is_inertia_contradicted() const {
-  return inertia_ && (inertia_->contradicted() || prediction_.contradicted());
+  return inertia_ && (gyro_contradicted_ || inertia_->contradicted() || prediction_.contradicted());
 }
 
 bool DeadReckoning::by_inertia() const {

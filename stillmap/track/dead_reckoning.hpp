@@ -18,7 +18,9 @@ class DeadReckoning {
   explicit DeadReckoning(const Camera& camera);
 
   /// Moves the pose to the time of the next frame.
-  void propagate(const RgbdFrame& image);
+  /// @param gyro_contradicted  whether the gyroscope contradicts the images, by which the
+  ///                           accelerations are turned, so that these are of no use either
+  void propagate(const RgbdFrame& image, bool gyro_contradicted = false);
   /// Takes the pose of this frame by its images.
   /// @param same_world  whether it is in the world of the poses before
   void correct(const UncertainPose& pose, bool same_world);
@@ -51,6 +53,7 @@ class DeadReckoning {
 
   std::optional<InertialNavigation> inertia_;
   InertialPrediction prediction_;  // of inertia_
+  bool gyro_contradicted_ = false;
   std::optional<WheelNavigation> wheels_;
   std::size_t compared_ = 0, inertia_left_out_ = 0, wheels_left_out_ = 0;  // frames
   std::size_t frames_ = 0, without_imu_ = 0, without_odometry_ = 0;

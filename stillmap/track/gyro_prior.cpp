@@ -68,15 +68,19 @@ void GyroPrior::add(const TrackedFrame& tracked) {
   if (!measured_ || !tracked.T_previous_camera) return;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   const Eigen::Quaterniond seen = q.conjugate() * tracked.T_previous_camera->quaternion() * q;
-  const Eigen::Vector3d difference =
-      so3_log(measured_->rotation({.gyro = bias_->mean()}).conjugate() * seen);
+  const Eigen::Quaterniond measured = measured_->rotation({.gyro = bias_->mean()});
+  const Eigen::Vector3d difference = so3_log(measured.conjugate() * seen);
   const Eigen::Matrix3d R_imu_camera = q.conjugate().toRotationMatrix();
   const Eigen::Matrix3d covariance =
       covariance_ +
       R_imu_camera * tracked.covariance.bottomRightCorner<3, 3>() * R_imu_camera.transpose();
-  const bool contradicts =
-      difference.dot(with_bias(covariance).inverse() * difference) > kContradiction;
-  contradictions_.add(contradicts);
+  const Eigen::Matrix3d information = with_bias(covariance).inverse();
+  const auto is_certain = [&](const Eigen::Vector3d& rotation) {
+    return rotation.dot(information * rotation) > kContradiction;
+  };
+  const bool contradicts = is_certain(difference);
+  // Any gyroscope agrees with a camera that hardly turns.
+  if (is_certain(so3_log(seen)) || is_certain(so3_log(measured))) contradictions_.add(contradicts);
   ++compared_;
   left_out_ += contradictions_.too_many();
   if (!contradicts) bias_->add(*measured_, difference, covariance);

@@ -29,6 +29,9 @@ class GyroPrior {
   /// Adds a tracked frame with T_previous_camera, whose motion was predicted by motion().
   void add(const TrackedFrame& tracked);
 
+  /// Returns whether it is left out because it contradicts the images.
+  bool contradicted() const { return contradictions_.too_many(); }
+
   /// Returns the finding that it was left out in a fifth of the frames or more; none otherwise.
   std::optional<Finding> finding() const;
 
@@ -40,8 +43,9 @@ class GyroPrior {
   std::optional<Preintegration> measured_;  // up to the frame of motion()
   Eigen::Matrix3d covariance_ =
       Eigen::Matrix3d::Zero();  // of it and of the previous pose, in the IMU
-  // Of the frames. In starts among people mostly two or fewer contradict a right gyroscope; with 6
-  // or 8, those with wrong axes, sign or unit do up to ten times the harm.
+  // Of the frames in which the camera turns. In starts among people mostly two or fewer contradict
+  // a right gyroscope; with 6 or 8, those with wrong axes, sign or unit do up to ten times the
+  // harm.
   Contradictions contradictions_{60, 4};
   std::size_t compared_ = 0, left_out_ = 0;  // frames
 };

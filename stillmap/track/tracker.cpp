@@ -106,7 +106,7 @@ std::vector<Finding> Tracker::findings() const {
 
 void Tracker::predict_motion(const RgbdFrame& image) {
   state_.motion_prior.reset();
-  dead_reckoning_.propagate(image);
+  dead_reckoning_.propagate(image, gyro_.contradicted());
   if (!state_.previous || frames_lost_ > 0) return;
   const double before = state_.previous->frame->timestamp();
   const auto rotation = gyro_.motion(image, before, state_.previous->covariance);
