@@ -22,13 +22,19 @@ constexpr double kContradiction = 16.3;
 
 std::optional<Finding> GyroPrior::finding() const {
   if (left_out_ == 0 || kShare * left_out_ < compared_) return std::nullopt;
+  const std::optional<double> offset = clock_.offset();
   return make_finding(
       "gyroscope-unlike",
       fmt::format(
-          "the rotations of the gyroscope contradict those of the images; it was left out in "
+          "the rotations of the gyroscope contradict those of the images{}; it was left out in "
           "{} of {} frames",
+          offset ? fmt::format(": its clock is {:.2f} s {} theirs", std::abs(*offset),
+                               *offset < 0 ? "behind" : "ahead of")
+                 : "",
           left_out_, compared_),
-      "check its axes (T_camera_imu), its unit (rad/s) and its clock (imu_time_offset)",
+      offset ? fmt::format("write imu_time_offset: {:.2f} into the camera file",
+                           imu_->time_offset + *offset)
+             : "check its axes (T_camera_imu), its unit (rad/s) and its clock (imu_time_offset)",
       {{"left_out", static_cast<double>(left_out_)}, {"frames", static_cast<double>(compared_)}});
 }
 
@@ -41,6 +47,7 @@ Eigen::Matrix3d GyroPrior::with_bias(const Eigen::Matrix3d& covariance) const {
 std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double before,
                                              const Matrix6d& covariance) {
   measured_.reset();
+  before_ = before;
   if (!imu_ || image.imu.empty()) return std::nullopt;
   measured_ =
       preintegrate(image.imu, before, image.timestamp, *imu_, ImuBias{.gyro = bias_->mean()});
@@ -55,13 +62,20 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
       kRotationError * kRotationError + kScaleError * kScaleError * angle * angle;
   const bool too_fast = angle > kMaxRate * (image.timestamp - before);
   if (too_fast) contradictions_.add(true);
-  if (too_fast || contradictions_.too_many()) return std::nullopt;
+  if (too_fast || contradicted()) return std::nullopt;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   MotionPrior prior{.T_previous_camera =
                         Pose(q * rotation * q.conjugate(), Eigen::Vector3d::Zero())};
   prior.information.bottomRightCorner<3, 3>() =
       R_camera_imu * with_bias(covariance_).inverse() * R_imu_camera;
   return prior;
+}
+
+void GyroPrior::compare_clock(const RgbdFrame& image, const Pose& T_previous_camera) {
+  if (!measured_) return;
+  const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
+  clock_.add(image.imu, before_, image.timestamp,
+             q.conjugate() * T_previous_camera.quaternion() * q, *imu_, {.gyro = bias_->mean()});
 }
 
 void GyroPrior::add(const TrackedFrame& tracked) {
@@ -82,7 +96,7 @@ void GyroPrior::add(const TrackedFrame& tracked) {
   // Any gyroscope agrees with a camera that hardly turns.
   if (is_certain(so3_log(seen)) || is_certain(so3_log(measured))) contradictions_.add(contradicts);
   ++compared_;
-  left_out_ += contradictions_.too_many();
+  left_out_ += contradicted();
   if (!contradicts) bias_->add(*measured_, difference, covariance);
 }
 

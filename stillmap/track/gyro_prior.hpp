@@ -3,6 +3,7 @@
 #include "stillmap/base/finding.hpp"
 #include "stillmap/inertial/contradictions.hpp"
 #include "stillmap/inertial/gyro_bias.hpp"
+#include "stillmap/inertial/gyro_clock.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 #include "stillmap/track/tracker_state.hpp"
@@ -29,8 +30,12 @@ class GyroPrior {
   /// Adds a tracked frame with T_previous_camera, whose motion was predicted by motion().
   void add(const TrackedFrame& tracked);
 
-  /// Returns whether it is left out because it contradicts the images.
-  bool contradicted() const { return contradictions_.too_many(); }
+  /// Compares the clocks by the motion from the previous frame to this one, as the images alone
+  /// show it.
+  void compare_clock(const RgbdFrame& image, const Pose& T_previous_camera);
+
+  /// Returns whether it is left out because it contradicts the images, or their clock.
+  bool contradicted() const { return contradictions_.too_many() || clock_.offset().has_value(); }
 
   /// Returns the finding that it was left out in a fifth of the frames or more; none otherwise.
   std::optional<Finding> finding() const;
@@ -41,12 +46,14 @@ class GyroPrior {
   std::optional<Imu> imu_;
   std::optional<GyroBias> bias_;
   std::optional<Preintegration> measured_;  // up to the frame of motion()
+  double before_ = 0;                       // time of its begin [s]
   Eigen::Matrix3d covariance_ =
       Eigen::Matrix3d::Zero();  // of it and of the previous pose, in the IMU
   // Of the frames in which the camera turns. In starts among people mostly two or fewer contradict
   // a right gyroscope; with 6 or 8, those with wrong axes, sign or unit do up to ten times the
   // harm.
   Contradictions contradictions_{60, 4};
+  GyroClock clock_;
   std::size_t compared_ = 0, left_out_ = 0;  // frames
 };
 

@@ -134,6 +134,7 @@ class Tracker {
                                           bool continues) const;
   std::optional<Relabeled> pose_without_motion(const Frame& frame, const PoseEstimate& first,
                                                const LocalMapPose& pose) const;
+  void compare_clocks(const TrackedFrame& tracked, const PoseEstimate& by_both);
   void calibrate_shutter(const FramePtr& frame, const std::optional<InitialPose>& initial,
                          const LocalMapPose& pose);
   TrackedFramePtr track_without_map(const FramePtr& frame,
@@ -182,6 +183,7 @@ class Tracker {
   LandmarkStatistics statistics_;
   std::optional<Vocabulary> vocabulary_;  // none: no repeated landmarks are erased
   GyroPrior gyro_;
+  std::optional<Pose> T_world_by_images_;  // of the previous frame, with an IMU
   DeadReckoning dead_reckoning_;
   StillSurface still_surface_;
   RestDetector rest_;
