@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstdio>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -16,16 +16,18 @@ std::string grid_pgm(const OccupancyGrid& grid) {
 }
 
 cv::Mat1b image_of_pgm(const std::string& pgm) {
-  int width = 0, height = 0, begin = 0;
   constexpr int kLargest = 1 << 16;  // cells on a side
-  if (std::sscanf(pgm.c_str(), "P5 %d %d 255%n", &width, &height, &begin) != 2 || begin == 0)
-    return {};
+  std::istringstream in(pgm);
+  std::string format;
+  int width = 0, height = 0, brightest = 0;
+  in >> format >> width >> height >> brightest;
+  in.get();  // one blank after the head
+  if (!in || format != "P5" || brightest != 255) return {};
   if (std::min(width, height) < 1 || std::max(width, height) > kLargest) return {};
-  const std::size_t cells = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  const auto at = static_cast<std::size_t>(begin) + 1;  // one blank after the head
-  if (pgm.size() != at + cells) return {};
+  const auto cells = static_cast<std::streamsize>(width) * height;
+  if (static_cast<std::streamsize>(pgm.size()) != in.tellg() + cells) return {};
   cv::Mat1b image(height, width);
-  std::copy_n(pgm.begin() + static_cast<std::ptrdiff_t>(at), cells, image.begin());
+  in.read(reinterpret_cast<char*>(image.data), cells);
   return image;
 }
 
