@@ -16,6 +16,8 @@ constexpr double kLargest = 0.02;
 /// Ratio of the squares at no offset to those at the best one, and logarithm of the ratio of the
 /// likelihoods, from which it is certain.
 constexpr double kLeastRatio = 1.25, kCertain = 15;
+/// Mean square below which a difference tells nothing, as of sensors without noise [rad^2].
+constexpr double kLeastSquare = 1e-8;
 
 }  // namespace
 
@@ -46,7 +48,7 @@ void GyroClock::compare(const Turn& turn, std::span<const ImuSample> samples, co
 
 std::optional<double> GyroClock::offset() const {
   const auto* best = std::ranges::min_element(squares_);
-  const double ratio = squares_[kSteps] / *best;
+  const double ratio = squares_[kSteps] / std::max(*best, kLeastSquare * weight_);
   if (weight_ < kLeastWeight || ratio < kLeastRatio || 1.5 * weight_ * std::log(ratio) < kCertain)
     return std::nullopt;
   return kStep * static_cast<double>(best - squares_.begin() - kSteps);

@@ -69,6 +69,10 @@ TEST(GyroClock, AConstantRotationTellsNothing) {
   EXPECT_FALSE(offset_of([](double) { return Eigen::Vector3d(0.3, 0.5, 0); }, 0.1));
 }
 
+TEST(GyroClock, WithoutMotionAndNoiseNothingIsTold) {
+  EXPECT_FALSE(offset_of([](double) { return Eigen::Vector3d(Eigen::Vector3d::Zero()); }, 0.1, 0));
+}
+
 TEST(GyroClock, RotationsThatDoNotFitAtAllTellNothing) { EXPECT_FALSE(offset_of(swaying, 0, 0.1)); }
 
 }  // namespace
