@@ -11,15 +11,21 @@ namespace {
 
 constexpr int kStored = 0;  // libdeflate's level without compression
 
-std::string compressed(std::string_view plain, int level) {
+/// @param bound_of, compress  libdeflate's functions for a format
+template <typename BoundOf, typename Compress>
+std::string compressed(std::string_view plain, int level, BoundOf bound_of, Compress compress) {
   const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
       libdeflate_alloc_compressor(level), &libdeflate_free_compressor);
   if (!compressor) throw std::bad_alloc();
   // Memory that is never written is never allocated, so the bound may exceed the data size.
-  const std::size_t bound = libdeflate_deflate_compress_bound(compressor.get(), plain.size());
+  const std::size_t bound = bound_of(compressor.get(), plain.size());
   const auto packed = std::make_unique_for_overwrite<char[]>(bound);
-  return {packed.get(), libdeflate_deflate_compress(compressor.get(), plain.data(), plain.size(),
-                                                    packed.get(), bound)};
+  return {packed.get(),
+          compress(compressor.get(), plain.data(), plain.size(), packed.get(), bound)};
+}
+
+std::string raw_deflate(std::string_view plain, int level) {
+  return compressed(plain, level, libdeflate_deflate_compress_bound, libdeflate_deflate_compress);
 }
 
 }  // namespace
@@ -29,8 +35,12 @@ std::uint32_t crc32(std::string_view bytes, std::uint32_t before) {
 }
 
 std::string deflated(std::string_view plain, int level) {
-  std::string packed = compressed(plain, level);
-  return plain.size() <= largest_inflated(packed.size()) ? packed : compressed(plain, kStored);
+  std::string packed = raw_deflate(plain, level);
+  return plain.size() <= largest_inflated(packed.size()) ? packed : raw_deflate(plain, kStored);
+}
+
+std::string zlib_stream(std::string_view plain, int level) {
+  return compressed(plain, level, libdeflate_zlib_compress_bound, libdeflate_zlib_compress);
 }
 
 std::optional<std::string> inflated(std::string_view packed, std::uint64_t size) {

@@ -21,6 +21,9 @@ std::uint32_t crc32(std::string_view bytes, std::uint32_t before = 0);
 /// @param level  effort, 1 (fast) to 12
 std::string deflated(std::string_view plain, int level);
 
+/// Returns the bytes as a zlib stream (RFC 1950), as PNG files contain.
+std::string zlib_stream(std::string_view plain, int level);
+
 /// Returns the uncompressed bytes; none if they are not `size` bytes, more than largest_inflated(),
 /// or if the input is damaged.
 std::optional<std::string> inflated(std::string_view packed, std::uint64_t size);

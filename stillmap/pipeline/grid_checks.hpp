@@ -17,8 +17,8 @@ inline void require_positive(double meters, const char* name, const char* where)
   throw Error(fmt::format("{} is {} m", name, meters), where, "give a positive one");
 }
 inline void require_not_negative(double meters, const char* name, const char* where) {
-  if (meters == 0) return;
-  require_positive(meters, name, where);
+  if (meters >= 0 && std::isfinite(meters)) return;
+  throw Error(fmt::format("{} is {} m", name, meters), where, "give 0 or a positive one");
 }
 
 /// Throws Error for a grid of more cells than fit into the memory of a small computer.
@@ -26,7 +26,7 @@ inline void require_not_negative(double meters, const char* name, const char* wh
 template <typename Sizes>
 void require_few_cells(const Sizes& sizes, double cell, const char* where) {
   constexpr double kMostCells = 1e8;
-  if ((sizes / cell).array().ceil().prod() < kMostCells) return;
+  if ((sizes / cell).prod() < kMostCells) return;
   std::string text = fmt::format("{:g}", sizes[0]);
   for (int axis = 1; axis < sizes.size(); ++axis) text += fmt::format(" x {:g}", sizes[axis]);
   throw Error(fmt::format("{} m have too many cells of {:g} m", text, cell), where,

@@ -67,18 +67,20 @@ struct Found {
   PoseEstimate estimate;
 };
 
-/// The local maps around keyframes of a map that rests, each made once.
+/// The local maps around keyframes of a map that rests, each made once for consecutive frames.
 class LocalMaps {
  public:
   explicit LocalMaps(const Map& map) : map_(map) {}
   const Map& map() const { return map_; }
   LocalMapPtr around(KeyframeId reference) {
+    if (made_.size() > kKept) made_.clear();
     LocalMapPtr& local = made_[map_.current_keyframe(reference)];
     if (!local) local = make_local_map(map_, map_.current_keyframe(reference));
     return local;
   }
 
  private:
+  static constexpr std::size_t kKept = 8;
   const Map& map_;
   std::map<KeyframeId, LocalMapPtr> made_;
 };

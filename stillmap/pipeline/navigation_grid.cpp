@@ -2,7 +2,6 @@
 #include "stillmap/pipeline/grid_checks.hpp"
 #include "stillmap/slam.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

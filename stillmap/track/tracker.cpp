@@ -640,7 +640,8 @@ void Tracker::adopt(const LocalMapPtr& local_map) {
   start_verification_.move(T_corrected_world);
   dead_reckoning_.move(T_corrected_world);
   T_odometry_world_ = T_odometry_world_ * T_corrected_world.inverse();
-  if (T_world_lost_) T_world_lost_ = T_corrected_world * *T_world_lost_;
+  for (std::optional<Pose>* moved : {&T_world_lost_, &T_world_by_images_})
+    if (*moved) *moved = T_corrected_world * **moved;
   state_.T_world_previous = *pose;
 }
 
