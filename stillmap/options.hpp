@@ -118,14 +118,16 @@ struct Options {
     /// (landmarks are created from depths up to twice as far), odometry (tracking continues by
     /// visual odometry outside a map that is not extended), gyroscope (rotations by the gyroscope
     /// of the camera's IMU support poses, if it has one), dead-reckoning (IMU and wheels give the
-    /// pose of a lost camera) and rest (a camera on a tripod keeps its pose).
+    /// pose of a lost camera), rest (a camera on a tripod keeps its pose) and depth-error (the
+    /// smooth error of the depth sensor is estimated in the first keyframes and removed).
     std::vector<std::string> extensions = {"subpixel",       "foreground-depth",
                                            "sensor-noise",   "previous-frame-points",
                                            "exposure",       "occlusion",
                                            "consistency",    "sharp-keyframes",
                                            "three-views",    "far-landmarks",
                                            "odometry",       "gyroscope",
-                                           "dead-reckoning", "rest"};
+                                           "dead-reckoning", "rest",
+                                           "depth-error"};
     /// Number of frames without a pose after which a new map is started.
     int new_map_after = 10;  // [frames]
     /// Minimum number of frames between two keyframes.
@@ -150,7 +152,7 @@ struct Options {
     std::vector<std::string> landmark_rules = {"seen-through"};
     /// Whether loops are closed and maps are merged.
     bool loops = true;
-    /// Whether global bundle adjustment is applied at the end of a run, and lost frames are tracked
+    /// Whether global bundle adjustment is applied at the end of a run, and all frames are tracked
     /// again in its map.
     bool final_adjustment = true;
     /// Whether poses are smoothed with noise levels estimated from the run: those returned during

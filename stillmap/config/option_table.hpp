@@ -223,11 +223,12 @@ void visit_tracking_options(Group& tracking, const Visitor& visit) {
        "far-landmarks (landmarks are created from depths up to twice as far), odometry (tracking "
        "continues by visual odometry outside a map that is not extended), gyroscope (rotations "
        "by the gyroscope of the camera's IMU support poses, if it has one), dead-reckoning "
-       "(IMU and wheels give the pose of a lost camera) and rest (a camera on a tripod keeps its "
-       "pose).",
+       "(IMU and wheels give the pose of a lost camera), rest (a camera on a tripod keeps its "
+       "pose) and depth-error (the smooth error of the depth sensor is estimated in the first "
+       "keyframes and removed).",
        {"subpixel", "foreground-depth", "sensor-noise", "previous-frame-points", "exposure",
         "occlusion", "consistency", "sharp-keyframes", "three-views", "far-landmarks", "odometry",
-        "gyroscope", "dead-reckoning", "rest"}},
+        "gyroscope", "dead-reckoning", "rest", "depth-error"}},
       tracking.extensions);
   visit({"tracking.new_map_after",
          "frames",
@@ -279,7 +280,7 @@ void visit_map_options(Group& map, const Visitor& visit) {
   visit({"map.final_adjustment",
          "",
          {},
-         "Whether global bundle adjustment is applied at the end of a run, and lost frames are "
+         "Whether global bundle adjustment is applied at the end of a run, and all frames are "
          "tracked again in its map."},
         map.final_adjustment);
   visit(

@@ -4,7 +4,7 @@
 #include "stillmap/base/parallel_for.hpp"
 #include "stillmap/base/trace.hpp"
 #include "stillmap/dense/fused_depth.hpp"
-#include "stillmap/dense/smooth_depth_error.hpp"
+#include "stillmap/dense/view_depth_error.hpp"
 #include "stillmap/dense/view_pager.hpp"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ std::vector<std::size_t> nearest_views(const std::vector<PosedView>& views, std:
 using DepthError = std::optional<SmoothDepthError>;
 
 cv::Mat1w depths_of(const DenseView& view, const DepthError& error) {
-  return error ? error->removed_from(view.depth) : view.depth;
+  return error ? without_error(view.depth, *error) : view.depth;
 }
 
 cv::Mat1f static_depths(const DenseView& view, const DepthError& error) {
@@ -79,7 +79,7 @@ DenseView fused_view(const std::vector<PosedView>& views, std::size_t number,
 std::vector<std::shared_ptr<const DenseView>> fused_views(const std::vector<PosedView>& views,
                                                           const MemoryLimit& memory) {
   const TraceScope scope("fused views");
-  const DepthError error = smooth_depth_error(views);
+  const DepthError error = depth_error_of(views);
   ViewPager pager(memory);
   std::uint64_t bytes_in_memory = 0;
   std::vector<std::shared_ptr<DenseView>> fused(views.size());

@@ -8,7 +8,7 @@
 namespace stillmap {
 
 /// Returns the views without the smooth error of the depth sensor that they show (see
-/// smooth_depth_error()), with static depths that are averaged over the nearest views, so that all
+/// depth_error_of()), with static depths that are averaged over the nearest views, so that all
 /// agree on the surfaces; colors and kinds of pixels do not change.
 /// @param memory  views beyond it are kept in a file
 std::vector<std::shared_ptr<const DenseView>> fused_views(const std::vector<PosedView>& views,

@@ -1,29 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/map/keyframe_pager.hpp"
 
-#include <memory_resource>
+#include "stillmap/feature/paged_features.hpp"
+
 #include <ranges>
+#include <utility>
 
 namespace stillmap {
-namespace {
-
-/// Features in the memory of pages.
-struct PagedFeatures {
-  PagedFeatures(const Features& other, std::shared_ptr<Pages> where)
-      : pages(std::move(where)),
-        memory(pages->data(), pages->size(), std::pmr::null_memory_resource()),
-        features(other, &memory) {}
-
-  std::shared_ptr<Pages> pages;
-  std::pmr::monotonic_buffer_resource memory;
-  Features features;  // last, since it uses the memory
-};
-
-/// Room for the alignment of the four lists of a frame's features [bytes].
-constexpr std::size_t kAlignment = 4 * alignof(std::max_align_t);
-
-}  // namespace
-
 void KeyframePager::use(Map& map, std::span<const KeyframeId> used) {
   for (const KeyframeId id : used | std::views::reverse) mark(map, id);
   forget_erased(map);
@@ -39,6 +22,16 @@ void KeyframePager::use(Map& map, std::span<const KeyframeId> used) {
   }
 }
 
+void KeyframePager::replace(Map& map, KeyframeId id, FeaturesPtr features) {
+  const auto found = kept_.find(id);
+  if (found != kept_.end()) {
+    if (in_memory_.erase({found->second.last_use, id}) > 0) bytes_in_memory_ -= found->second.bytes;
+    kept_.erase(found);
+  }
+  map.set_features(id, std::move(features));
+  use(map, std::span(&id, 1));
+}
+
 void KeyframePager::mark(const Map& map, KeyframeId id) {
   const Keyframe* keyframe = map.find(id);
   if (keyframe == nullptr) return;
@@ -52,12 +45,11 @@ void KeyframePager::mark(const Map& map, KeyframeId id) {
 /// Returns whether the features are in the file now.
 bool KeyframePager::page_out(Map& map, KeyframeId id, Kept& kept) {
   if (kept.pages) return true;
-  return file_.write([&](PageFile& file) {
-    const auto paged = std::make_shared<PagedFeatures>(*map.at(id).features,
-                                                       file.reserve(kept.bytes + kAlignment));
-    kept.pages = paged->pages;
-    map.set_features(id, FeaturesPtr(paged, &paged->features));
-  });
+  PagedFeatures stored = paged(*map.at(id).features, file_);
+  if (!stored.features) return false;
+  kept.pages = std::move(stored.pages);
+  map.set_features(id, std::move(stored.features));
+  return true;
 }
 
 void KeyframePager::forget_erased(const Map& map) {

@@ -25,6 +25,9 @@ class KeyframePager {
   /// that were read meanwhile, unless they are among those in use.
   void use(Map& map, std::span<const KeyframeId> used);
 
+  /// Replaces the features of a keyframe: see Map::set_features(). It counts as used now.
+  void replace(Map& map, KeyframeId id, FeaturesPtr features);
+
   /// Returns the size of the features in memory [bytes].
   std::size_t bytes_in_memory() const { return bytes_in_memory_; }
   /// Returns the number of keyframes whose features are in the file only.

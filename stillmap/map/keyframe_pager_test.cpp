@@ -112,6 +112,17 @@ TEST_F(KeyframePagerTest, FreesTheMemoryOfErasedKeyframes) {
   expect_unchanged();
 }
 
+TEST_F(KeyframePagerTest, ReplacedFeaturesAreMovedToTheFileAgain) {
+  KeyframePager pager({3 * one_, folder_});
+  pager.use(map_, ids_);
+  for (int i = 0; i < kKeyframes; ++i)
+    pager.replace(map_, ids_[i], std::make_shared<Features>(features(i + 20)));
+  EXPECT_EQ(pager.bytes_in_memory(), 3 * one_);
+  EXPECT_EQ(pager.paged_out(), 7U);
+  for (int i = 0; i < kKeyframes; ++i)
+    EXPECT_TRUE(equal(*map_.at(ids_[i]).features, features(i + 20))) << i;
+}
+
 TEST_F(KeyframePagerTest, OutlivedByFeaturesInUse) {
   auto pager = std::make_unique<KeyframePager>(MemoryLimit{0, folder_});
   pager->use(map_, ids_);

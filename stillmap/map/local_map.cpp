@@ -79,6 +79,7 @@ LocalMapPtr make_local_map(const Map& map, KeyframeId reference) {
   const TraceScope scope("snapshot");
   auto local = std::make_shared<LocalMap>();
   local->reference = reference;
+  local->depth_error = map.depth_error();
   const Keyframe& center = map.at(reference);
   const Keyframe* first = map.find(map.current_keyframe(map.first_of(center.component)));
   local->of_saved_map = center.component == map.components().front() && first != nullptr &&

@@ -39,6 +39,7 @@ struct LocalMap {
   /// The reference comes first, then by descending number of shared landmarks.
   std::vector<LocalKeyframe> keyframes;
   std::vector<LocalLandmark> landmarks;  ///< Sorted by id.
+  DepthErrorPtr depth_error;             ///< See Map::depth_error().
   const LocalLandmark* find(LandmarkId id) const;
   /// Index in `landmarks` of a landmark that must be contained.
   std::size_t index(LandmarkId id) const {

@@ -80,6 +80,7 @@ void renumber_components(MapContent& content) {
 Map::Map(MapContent content)
     : camera_(std::move(content.camera)),
       pyramid_(content.pyramid),
+      depth_error_(std::move(content.depth_error)),
       first_(std::move(content.first)) {
   for (Keyframe& keyframe : content.keyframes) {
     next_sequence_ = std::max(next_sequence_, keyframe.sequence + 1);
@@ -93,7 +94,7 @@ Map::Map(MapContent content)
 }
 
 MapContent Map::content() const {
-  MapContent content{camera_, pyramid_, {}, {}, {}};
+  MapContent content{camera_, pyramid_, {}, {}, depth_error_, {}};
   keyframes_.for_each([&](const Keyframe& k) {
     content.keyframes.push_back(k);
     if (is_first(k.id)) content.first[k.component] = k.id;

@@ -3,6 +3,7 @@
 #include "stillmap/feature/features.hpp"
 #include "stillmap/geometry/camera.hpp"
 #include "stillmap/geometry/pose.hpp"
+#include "stillmap/geometry/smooth_depth_error.hpp"
 #include "stillmap/map/slot_map.hpp"
 
 #include <cstddef>
@@ -71,6 +72,7 @@ struct MapContent {
   PyramidShape pyramid;
   std::vector<Keyframe> keyframes;
   std::vector<Landmark> landmarks;
+  DepthErrorPtr depth_error;  ///< See Map::depth_error().
   /// First keyframe of each component: see Map::is_first().
   std::map<std::uint32_t, KeyframeId> first;
 };
@@ -103,6 +105,11 @@ class Map {
 
   const Camera& camera() const { return camera_; }
   const PyramidShape& pyramid() const { return pyramid_; }
+  /// Error of the depth sensor that the keypoints of this session are without; null: none is known.
+  /// A loaded map begins with that of its newest session.
+  const DepthErrorPtr& depth_error() const { return depth_error_; }
+  void set_depth_error(DepthErrorPtr error) { depth_error_ = std::move(error); }
+
   /// Session of the present run: see Keyframe::session.
   std::uint32_t session() const { return session_; }
 
@@ -136,7 +143,8 @@ class Map {
   }
 
   void set_pose(KeyframeId id, const Pose& T_world_camera);
-  /// Replaces the features of a keyframe by equal ones that are stored elsewhere.
+  /// Replaces the features of a keyframe by the same keypoints, stored elsewhere or with other
+  /// depths.
   void set_features(KeyframeId id, FeaturesPtr features);
   void set_position(LandmarkId id, const Eigen::Vector3d& p_world);
   /// Adds to the visibility statistics of a landmark; unknown ids are ignored.
@@ -199,6 +207,7 @@ class Map {
 
   Camera camera_;
   PyramidShape pyramid_;
+  DepthErrorPtr depth_error_;
   SlotMap<KeyframeTag, Keyframe> keyframes_;
   SlotMap<LandmarkTag, Landmark> landmarks_;
   std::uint32_t next_sequence_ = 0;

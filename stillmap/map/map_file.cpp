@@ -171,7 +171,24 @@ void get_landmarks(ByteReader& in, MapContent& map) {
   get_observations(in, map, counts);
 }
 
+DepthErrorPtr get_depth_error(ByteReader in) {
+  constexpr double kMost = 1;  // [1/m]
+  SmoothDepthError::Nodes nodes;
+  for (double& node : nodes) {
+    node = in.get<double>();
+    if (!(std::abs(node) <= kMost)) in.fail("the error of the depth sensor is invalid");
+  }
+  in.expect_end();
+  return std::make_shared<SmoothDepthError>(nodes);
+}
+
 }  // namespace
+
+std::string depth_error_bytes(const SmoothDepthError& error) {
+  ByteWriter out;
+  for (const double node : error.nodes()) out.put(node);
+  return out.bytes();
+}
 
 std::vector<Section> map_sections(const MapContent& content) {
   ByteWriter camera, keyframes, landmarks;
@@ -184,9 +201,12 @@ std::vector<Section> map_sections(const MapContent& content) {
     put_keypoints(keyframes, k);
   }
   put_landmarks(landmarks, content.landmarks);
-  return {{{'C', 'A', 'M', 'R'}, camera.bytes()},
-          {{'K', 'E', 'Y', 'F'}, keyframes.bytes()},
-          {{'L', 'A', 'N', 'D'}, landmarks.bytes()}};
+  std::vector<Section> sections{{{'C', 'A', 'M', 'R'}, camera.bytes()},
+                                {{'K', 'E', 'Y', 'F'}, keyframes.bytes()},
+                                {{'L', 'A', 'N', 'D'}, landmarks.bytes()}};
+  if (content.depth_error)
+    sections.push_back({kDepthErrorSection, depth_error_bytes(*content.depth_error)});
+  return sections;
 }
 
 MapContent map_from_sections(const std::vector<Section>& sections, const std::string& where) {
@@ -205,6 +225,8 @@ MapContent map_from_sections(const std::vector<Section>& sections, const std::st
   ByteReader landmarks = section_reader(sections, "LAND", where);
   get_landmarks(landmarks, map);
   landmarks.expect_end();
+  if (std::ranges::find(sections, kDepthErrorSection, &Section::name) != sections.end())
+    map.depth_error = get_depth_error(section_reader(sections, "DERR", where));
   return map;
 }
 

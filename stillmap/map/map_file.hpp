@@ -4,6 +4,7 @@
 #include "stillmap/base/section_file.hpp"
 #include "stillmap/map/map.hpp"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -11,11 +12,15 @@ namespace stillmap {
 
 /// Layout of saved maps: docs/map_file.md. Every change needs a new version number.
 constexpr SectionFormat kMapFormat{
-    "STILLMAP", 4, "saved map", "create the map again with: stillmap run SEQUENCE --save-map FILE",
+    "STILLMAP", 5, "saved map", "create the map again with: stillmap run SEQUENCE --save-map FILE",
     /*oldest=*/2};
 
-/// Returns a map as the sections CAMR, KEYF and LAND. The same map gives the same bytes, and so
-/// does a map that was read from them.
+/// The section of Map::depth_error(), which only maps with one have.
+constexpr std::array<char, 4> kDepthErrorSection{'D', 'E', 'R', 'R'};
+std::string depth_error_bytes(const SmoothDepthError& error);
+
+/// Returns a map as the sections CAMR, KEYF, LAND and DERR. The same map gives the same bytes, and
+/// so does a map that was read from them.
 std::vector<Section> map_sections(const MapContent& content);
 
 /// Returns the map in these sections; other sections are ignored. Throws Error for content that

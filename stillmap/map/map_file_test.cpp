@@ -174,6 +174,20 @@ TEST_F(MapFile, RoundTripIsBitExact) {
   expect_usable(read);
 }
 
+TEST_F(MapFile, KeepsTheErrorOfTheDepths) {
+  EXPECT_EQ(map_from_sections(map_sections(map_.content()), "").depth_error, nullptr);
+  SmoothDepthError::Nodes nodes = SmoothDepthError::Nodes::LinSpaced(-0.01, 0.02);
+  map_.set_depth_error(std::make_shared<SmoothDepthError>(nodes));
+  auto sections = map_sections(map_.content());
+  const Map read(map_from_sections(sections, ""));
+  ASSERT_TRUE(read.depth_error());
+  EXPECT_EQ(read.depth_error()->nodes(), nodes);
+  EXPECT_EQ(map_sections(read.content()), sections);
+  nodes[3] = 1.5;
+  sections.back().bytes = depth_error_bytes(SmoothDepthError(nodes));
+  EXPECT_THAT(error_of(sections), HasSubstr("error of the depth sensor is invalid"));
+}
+
 TEST_F(MapFile, LoadedMapContinuesInANewSession) {
   const auto before = map_.content();
   Map read(map_from_sections(map_sections(map_.content()), ""));

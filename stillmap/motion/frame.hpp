@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "stillmap/feature/features.hpp"
+#include "stillmap/geometry/smooth_depth_error.hpp"
 #include "stillmap/motion/cell_grid.hpp"
 #include "stillmap/motion/instance_cells.hpp"
 #include "stillmap/segment/instance.hpp"
@@ -54,11 +55,12 @@ inline float static_probability(float log_odds) { return 1.0f / (1.0f + std::exp
 /// A frame in the front end, before it has a pose. Immutable once made.
 struct Frame {
   RgbdFramePtr image;
-  FeaturesPtr features;           ///< after motion compensation
+  FeaturesPtr features;           ///< after motion compensation, without the error of the depth
   FeaturesPtr recorded_features;  ///< of the image as recorded
   /// Velocity (v, w) of the camera in its own frame, for which they were compensated [m/s, rad/s].
   Eigen::Matrix<double, 6, 1> twist = Eigen::Matrix<double, 6, 1>::Zero();
-  ExposureMotion exposure;  ///< Motion of the camera during the exposure of the depth image.
+  DepthErrorPtr depth_error;  ///< Error that `features` are without; null: none is known.
+  ExposureMotion exposure;    ///< Motion of the camera during the exposure of the depth image.
   CellGridPtr cells;
   SegmentedFramePtr instances;  ///< Null without a network or masks, or before the first result.
   InstanceCellsPtr instance_cells;  ///< Cells of `instances`; null if those are null.

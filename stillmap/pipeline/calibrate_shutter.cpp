@@ -30,6 +30,7 @@ ShutterTiming next_timing(std::unique_ptr<FrameSource> source, const SlamParamet
 SlamParameters tracking_only(SlamParameters parameters) {
   parameters.dense_cloud = false;
   parameters.final_adjustment = false;
+  parameters.mapper.remove_depth_error = false;
   parameters.smooth_trajectory = false;
   parameters.movers.enabled = false;
   parameters.schedule.realtime = false;

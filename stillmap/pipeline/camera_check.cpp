@@ -3,6 +3,7 @@
 
 #include "stillmap/optimize/camera_calibration.hpp"
 #include "stillmap/refine/map_bundle.hpp"
+#include "stillmap/refine/map_depth_error.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -73,9 +74,10 @@ CameraErrors camera_errors(const Map& map) {
   std::vector<KeyframeId> keyframes = main_keyframes(map);
   keyframes.resize(std::min(keyframes.size(), kMaxKeyframes));
   if (keyframes.size() < kMinKeyframes) return {};
-  const MapBundle bundle =
+  MapBundle bundle =
       make_bundle(map, keyframes, keyframes.size(), shared_landmarks(map, keyframes));
   if (bundle.observations.size() < kMinObservations) return {};
+  restore_measured_depths(map, bundle.problem);
   const CameraCalibration found = calibrate_camera(bundle.problem, AlikeErrors::kAssumed);
   const Camera& given = map.camera();
   const auto is_wrong_alone = [&](CameraParameter i) {

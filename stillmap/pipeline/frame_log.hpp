@@ -56,7 +56,7 @@ struct FrameRecord {
   int mask_age = -1;                 ///< Age of the masks [frames]; -1 without masks.
   bool relocalized = false;          ///< The lost camera was relocalized in this frame.
   bool tracked_by_odometry = false;  ///< See TrackedFrame::tracked_by_odometry.
-  bool tracked_late = false;         ///< The pose was found at the end: see LostFrames.
+  bool tracked_late = false;         ///< The pose was found at the end: see LateTracking.
   Uncertainty uncertainty = Uncertainty::kNone;
   bool keyframe = false;                   ///< The frame was proposed as a keyframe.
   Dynamics dynamics = Dynamics::kUnknown;  ///< Verdict of the dynamics gate.

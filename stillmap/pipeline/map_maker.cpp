@@ -4,7 +4,9 @@
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/stopwatch.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/feature/keypoint_depths.hpp"
 #include "stillmap/refine/culling.hpp"
+#include "stillmap/refine/map_depth_error.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -15,6 +17,10 @@ namespace {
 
 /// Number of shared landmarks that connects two keyframes well enough without another loop.
 constexpr int kConnected = 15;
+
+/// Number of keyframes up to which the error of the depths is looked for, since the whole map is
+/// adjusted where it is found.
+constexpr std::size_t kMostDepthChecked = 40;
 
 /// Returns T_first_second by a match, where the first is the world frame of the component with the
 /// smaller id and the second that of the other component.
@@ -167,7 +173,43 @@ LocalMapPtr MapMaker::refine(const StopRequest& hurry) {
     refined_.add(mapper_.refine(newest_, hurry));
   }
   index_keyframe(newest_);
+  check_depths();
   return snapshot_around(newest_);
+}
+
+/// Removes the error of the depths that the first keyframes of the run show. It is looked for
+/// whenever there are a quarter more keyframes: the earlier it is known, the fewer poses that
+/// were returned contradict the map.
+void MapMaker::check_depths() {
+  if (!options_.remove_depth_error || made_.size() != next_depth_check_) return;
+  if (made_.size() < kMostDepthChecked)
+    next_depth_check_ += std::max<std::size_t>(1, made_.size() / 4);
+  const auto error = depth_error_of(map_);
+  if (!error) return;
+  remove_depth_error(*error);
+  const std::uint32_t component = map_.at(newest_).component;
+  const KeyframeId first = map_.current_keyframe(map_.first_of(component));
+  if (first.valid() && map_.at(first).session == map_.session())
+    adjust_globally(map_, component);
+  else  // a saved map keeps its scale
+    adjust_locally(map_, newest_, options_.local_window);
+  if (adjusting_) pending_global_ba_ = component;
+  moved_ = true;
+}
+
+/// Removes a further error from the depths of the run's keyframes.
+void MapMaker::remove_depth_error(const SmoothDepthError& error) {
+  const DepthErrorPtr removed = map_.depth_error();
+  map_.set_depth_error(std::make_shared<SmoothDepthError>(removed ? *removed + error : error));
+  std::vector<KeyframeId> changed;
+  map_.for_each_keyframe([&](const Keyframe& k) {
+    if (k.session == map_.session()) changed.push_back(k.id);
+  });
+  for (const KeyframeId id : changed) {
+    pager_.replace(
+        map_, id,
+        without_depth_error(map_.at(id).features, map_.depth_error(), removed, map_.camera()));
+  }
 }
 
 void MapMaker::index_keyframe(KeyframeId keyframe) {
@@ -222,6 +264,7 @@ std::optional<RelocalizationResult> MapMaker::find(const FramePtr& lost, std::st
 
 std::shared_ptr<const MapBundle> MapMaker::take_pending_global_ba() {
   if (!pending_global_ba_) return nullptr;
+  adjusting_ = true;
   return std::make_shared<MapBundle>(
       whole_component(map_, *std::exchange(pending_global_ba_, std::nullopt)));
 }
@@ -229,6 +272,7 @@ std::shared_ptr<const MapBundle> MapMaker::take_pending_global_ba() {
 void MapMaker::apply_global_ba(const MapBundle& bundle, const BundleResult& result) {
   const TraceScope scope(span::kApplyingGlobalAdjustment);
   apply_to_grown_map(map_, bundle, result);
+  adjusting_ = false;
   moved_ = true;
 }
 

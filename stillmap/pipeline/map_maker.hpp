@@ -106,6 +106,8 @@ class MapMaker {
   LoopCorrection join(const LoopMatch& match);
   LocalMapPtr snapshot_around(KeyframeId reference);
   void compare_texture(const KeyframeProposal& proposal);
+  void check_depths();
+  void remove_depth_error(const SmoothDepthError& error);
 
   const MapperOptions options_;
   Map map_;
@@ -116,7 +118,9 @@ class MapMaker {
   bool moved_ = false;  // see take_moved()
   // component that waits for global bundle adjustment
   std::optional<std::uint32_t> pending_global_ba_;
-  std::vector<KeyframeId> made_;  // in this run, those included that were erased since
+  bool adjusting_ = false;            // a bundle was taken that is not applied yet
+  std::size_t next_depth_check_ = 3;  // number of keyframes: see check_depths()
+  std::vector<KeyframeId> made_;      // in this run, those included that were erased since
   std::vector<MapEvent> events_;
   RefineTotals refined_;
   TextureAgreement texture_;

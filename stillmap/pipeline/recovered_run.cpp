@@ -84,8 +84,8 @@ class Recovery {
 
   /// Returns the map without keyframes and landmarks.
   MapContent empty_map() const {
-    constexpr std::array<std::array<char, 4>, 3> kNames{
-        {{'C', 'A', 'M', 'R'}, {'K', 'E', 'Y', 'F'}, {'L', 'A', 'N', 'D'}}};
+    constexpr std::array<std::array<char, 4>, 4> kNames{
+        {{'C', 'A', 'M', 'R'}, {'K', 'E', 'Y', 'F'}, {'L', 'A', 'N', 'D'}, kDepthErrorSection}};
     std::vector<Section> sections;
     for_each(JournalKind::kCamera, [&](std::uint64_t number, const ByteReader& in) {
       if (number >= kNames.size()) in.fail("a section is unknown");

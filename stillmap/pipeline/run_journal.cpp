@@ -8,6 +8,7 @@
 #include "stillmap/pipeline/journal_records.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -24,18 +25,25 @@ constexpr std::size_t kUnsettledSamples = 16;
 constexpr std::uint64_t kCompactAt = 3;  // times the size after the last compaction
 constexpr std::size_t kMostWaiting = 4, kQueue = 2 * kMostWaiting;
 
+/// Number of the section of the error of the depths among those of JournalKind::kCamera.
+constexpr std::uint64_t kDepthErrorNumber = 3;
+
 template <typename Tag>
 JournalKey key_of(JournalKind kind, Id<Tag> id) {
   return {kind, std::uint64_t{id.slot} << 32 | id.generation};
 }
 
-void put_map(const MapMaker& maker, JournalPart& part) {
+/// @param written  Map::depth_error() of the keypoints that were written before
+void put_map(const MapMaker& maker, DepthErrorPtr& written, JournalPart& part) {
   const Map& map = maker.map();
+  const bool same_depths = std::exchange(written, map.depth_error()) == map.depth_error();
+  if (map.depth_error() && !same_depths)
+    part.put({JournalKind::kCamera, kDepthErrorNumber}, depth_error_bytes(*map.depth_error()));
   map.for_each_keyframe([&](const Keyframe& k) {
     ByteWriter state;
     put_keyframe_state(state, k, map.is_first(k.id));
     part.put(key_of(JournalKind::kKeyframe, k.id), state.bytes());
-    if (part.keep(key_of(JournalKind::kKeypoints, k.id))) return;
+    if (same_depths && part.keep(key_of(JournalKind::kKeypoints, k.id))) return;
     ByteWriter keypoints;
     put_keypoints(keypoints, k);
     part.put(key_of(JournalKind::kKeypoints, k.id), keypoints.bytes());
@@ -139,7 +147,8 @@ RunJournal::RunJournal(SlamSystem& slam, const std::filesystem::path& file,
       writer_(kQueue, WhenFull::kBlock, writing_to(file, compact_at), "journal",
               ThreadPriority::kBackground) {
   parts_[0].ask = [this](JournalPart& part) {
-    return slam_.ask_map([&part](const MapMaker& maker) { put_map(maker, part); });
+    return slam_.ask_map(
+        [this, &part](const MapMaker& maker) { put_map(maker, depth_error_, part); });
   };
   parts_[1].ask = [this](JournalPart& part) {
     return slam_.ask_views(
@@ -160,7 +169,7 @@ RunJournal::RunJournal(SlamSystem& slam, const std::filesystem::path& file,
     run.put_text(text);
   part.put({JournalKind::kRun, 0}, run.bytes());
   std::uint64_t number = 0;
-  for (const Section& section : map_sections({slam.camera(), slam.pyramid(), {}, {}, {}}))
+  for (const Section& section : map_sections({slam.camera(), slam.pyramid(), {}, {}, {}, {}}))
     part.put({JournalKind::kCamera, number++}, section.bytes);
   writer_.push(part.take());
 }

@@ -69,6 +69,7 @@ class RunJournal {
   std::size_t settled_ = 0;  // number of frames whose records do not change any more
   // Index of the first frame whose samples of movers may be new; used by the movers' thread.
   std::size_t samples_from_ = 0;
+  DepthErrorPtr depth_error_;           // see put_map(); used by the map's thread
   std::set<std::uint64_t> unfinished_;  // views that were not final when they were written
   std::array<Part, 4> parts_;
   Stage<std::string, int> writer_;  // last: its thread writes the records

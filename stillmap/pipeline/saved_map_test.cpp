@@ -228,7 +228,7 @@ TEST(SavedMap, BytesOfNoMapAreAnError) {
   EXPECT_THAT(error_of(""), HasSubstr("is not a saved map"));
   std::string newer = saved_map_bytes(tiny_map());
   newer[8] = 9;
-  EXPECT_THAT(error_of(newer), HasSubstr("version 9, and this program reads versions 2 to 4"));
+  EXPECT_THAT(error_of(newer), HasSubstr("version 9, and this program reads versions 2 to 5"));
 }
 
 /// The sections are corrupted and get new checksums, so that checksums do not reveal it.

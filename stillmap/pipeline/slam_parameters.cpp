@@ -103,6 +103,7 @@ void set_extensions(const std::vector<std::string>& names, SlamParameters& to) {
   to.tracker.gyroscope = has("gyroscope");
   to.tracker.dead_reckoning = has("dead-reckoning");
   to.tracker.rest = has("rest");
+  to.mapper.remove_depth_error = has("depth-error");
 }
 
 void set_map(const Options::Map& from, SlamParameters& to) {

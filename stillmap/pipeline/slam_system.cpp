@@ -86,7 +86,8 @@ SlamSystem::SlamSystem(const Camera& camera, const SlamParameters& options,
       mapping_(map_to_begin_in(start, camera_, options.orb.pyramid()), options, extends(start)),
       dense_(camera_, options, extends(start), views_to_begin_with(start)),
       movers_(options.movers, options.schedule.realtime),
-      log_(extends(start)) {
+      log_(extends(start)),
+      late_({options.keyframe_memory, options.dense.memory.folder}) {
   construction_.reset();  // all threads have been made and have their tracks
   end_track_ = track_.trace().tracks().size();
 }
@@ -119,7 +120,7 @@ std::optional<Pose> SlamSystem::push(const RgbdFramePtr& image) {
   traced(span::kFrame, [&] { track(image); });
   if (options_.schedule.realtime) shed_load(*image);
   log_.add(*newest_, tracking_times(propagation_));
-  lost_.add(*newest_);
+  late_.add(*newest_);
   carried_.add({camera_, options_.orb.pyramid()}, newest_);
   return newest_->T_world_filtered();
 }
@@ -137,11 +138,11 @@ void SlamSystem::track(const RgbdFramePtr& image) {
   view_ = mapping_.view_for(image->index);
   log_.settle(view_.made);
   tracker_.predict_motion(*image);
-  tracker_.compensate_motion(*frame, std::nullopt);
+  tracker_.compensate_motion(*frame, std::nullopt, view_.local_map);
   std::optional<InitialPose> initial;
   const auto predict_pose = [&] {
     initial = tracker_.predict_pose(*frame->features, view_.local_map, frame->evidence.weight);
-    if (initial) tracker_.compensate_motion(*frame, initial);
+    if (initial) tracker_.compensate_motion(*frame, initial, view_.local_map);
   };
   if (motion_.needs_pose()) predict_pose();
   MotionEvidence evidence = motion_.begin(motion_input(*frame, initial));
@@ -313,7 +314,7 @@ void SlamSystem::finish_streams() {
   drop_brief_maps();
   mapping_.finish();
   if (options_.final_adjustment) {
-    lost_.track_again({camera_, options_.orb.pyramid()}, mapping_.map(),
+    late_.track_again({camera_, options_.orb.pyramid()}, mapping_.map(),
                       options_.tracker.min_inliers, log_);
   }
   dense_.finish(view_.made);

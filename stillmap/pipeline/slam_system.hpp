@@ -8,7 +8,7 @@
 #include "stillmap/pipeline/frame_log.hpp"
 #include "stillmap/pipeline/instance_stream.hpp"
 #include "stillmap/pipeline/keypoint_budget.hpp"
-#include "stillmap/pipeline/lost_frames.hpp"
+#include "stillmap/pipeline/late_tracking.hpp"
 #include "stillmap/pipeline/mapping.hpp"
 #include "stillmap/pipeline/mover_stream.hpp"
 #include "stillmap/pipeline/saved_map.hpp"
@@ -224,7 +224,7 @@ class SlamSystem {
   DenseStream dense_;
   MoverStream movers_;
   FrameLog log_;
-  LostFrames lost_;
+  LateTracking late_;
   CarriedParts carried_;
   TrackedFramePtr newest_;
   MapView view_;

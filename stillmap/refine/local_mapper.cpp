@@ -2,6 +2,7 @@
 #include "stillmap/refine/local_mapper.hpp"
 
 #include "stillmap/base/trace.hpp"
+#include "stillmap/feature/keypoint_depths.hpp"
 #include "stillmap/map/tag_landmarks.hpp"
 
 #include <algorithm>
@@ -39,7 +40,8 @@ KeyframeId LocalMapper::insert(const KeyframeProposal& proposal) {
   made.T_world_camera = begins_component
                             ? proposal.T_reference_camera
                             : map_.resolve(proposal.reference, proposal.T_reference_camera);
-  made.features = proposal.frame->features;
+  made.features = without_depth_error(proposal.frame->features, map_.depth_error(),
+                                      proposal.frame->depth_error, map_.camera());
   made.static_weight = proposal.frame->evidence.weight;
   const Keyframe& keyframe = map_.add_keyframe(std::move(made));
   for (const VisibilityCount& s : proposal.visibility_counts) {

@@ -23,6 +23,7 @@ struct MapperOptions {
   double max_first_landmark_sigma = 0.060784;
   /// Number of nearest keypoints of a keyframe that get a landmark whatever their depth.
   std::size_t fewest_depth_landmarks = 0;
+  bool remove_depth_error = true;  ///< Whether depth_error_of() the map is removed.
 };
 
 /// Summary of the refinement of one keyframe, for log and run summary.

@@ -3,6 +3,7 @@
 
 #include "stillmap/base/span_names.hpp"
 #include "stillmap/base/trace.hpp"
+#include "stillmap/feature/keypoint_depths.hpp"
 #include "stillmap/geometry/contradiction.hpp"
 #include "stillmap/motion/motion_estimator.hpp"
 #include "stillmap/track/moving_majority.hpp"
@@ -130,7 +131,8 @@ Vector6d Tracker::twist_of(const RgbdFrame& image,
   return (state_.T_world_previous.inverse() * initial->estimate.T_world_camera).log() / dt;
 }
 
-void Tracker::compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const {
+void Tracker::compensate_motion(Frame& frame, const std::optional<InitialPose>& initial,
+                                const LocalMapPtr& local_map) const {
   frame.twist = twist_of(*frame.image, initial);
   const ShutterTiming& timing = calibration_.timing();
   if (options_.compensate_exposure)
@@ -140,6 +142,8 @@ void Tracker::compensate_motion(Frame& frame, const std::optional<InitialPose>& 
       options_.compensate_exposure && compensation.has_effect(timing)
           ? std::make_shared<Features>(compensation.features(*frame.recorded_features, timing))
           : frame.recorded_features;
+  frame.depth_error = local_map ? local_map->depth_error : nullptr;
+  frame.features = without_depth_error(frame.features, frame.depth_error, nullptr, model_.camera);
 }
 
 std::optional<InitialPose> Tracker::predict_pose(const Features& features,

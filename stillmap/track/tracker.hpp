@@ -95,9 +95,11 @@ class Tracker {
   void predict_motion(const RgbdFrame& image);
 
   /// Sets the features of the next frame to those recorded without the effects of the camera's
-  /// motion during the exposure: see MotionCompensation.
-  /// @param initial result of predict_pose() for the frame, or none before it is known
-  void compensate_motion(Frame& frame, const std::optional<InitialPose>& initial) const;
+  /// motion during the exposure (see MotionCompensation) and without the known error of the depth.
+  /// @param initial    result of predict_pose() for the frame, or none before it is known
+  /// @param local_map  that the frame will be tracked in
+  void compensate_motion(Frame& frame, const std::optional<InitialPose>& initial,
+                         const LocalMapPtr& local_map) const;
 
   /// Returns the findings that IMU or wheels contradict the images.
   std::vector<Finding> findings() const;

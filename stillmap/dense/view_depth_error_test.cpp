@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stillmap/dense/smooth_depth_error.hpp"
+#include "stillmap/dense/view_depth_error.hpp"
 
 #include "stillmap/dense/synthetic_frame.hpp"
 
@@ -55,14 +55,14 @@ class Views {
   std::vector<Pose> poses_;
 };
 
-TEST(SmoothDepthError, IsFoundFromViewsOfARoom) {
-  const auto error = smooth_depth_error(Views(1).posed());
+TEST(ViewDepthError, IsFoundFromViewsOfARoom) {
+  const auto error = depth_error_of(Views(1).posed());
   ASSERT_TRUE(error);
-  const cv::Size lattice(160, 120);
+  const Eigen::Vector2d lattice(160, 120);
   double sum = 0, worst = 0;
   int count = 0;
-  for (int v = 4; v < lattice.height; v += 8) {
-    for (int u = 4; u < lattice.width; u += 8) {
+  for (int v = 4; v < lattice.y(); v += 8) {
+    for (int u = 4; u < lattice.x(); u += 8) {
       sum += error->at(u, v, lattice);
       worst = std::max(worst, std::abs(error->at(u, v, lattice) - true_error(u, v)));
       ++count;
@@ -72,13 +72,13 @@ TEST(SmoothDepthError, IsFoundFromViewsOfARoom) {
   EXPECT_NEAR(sum / count, 0, 1e-3);
 }
 
-TEST(SmoothDepthError, IsRemovedFromTheDepths) {
+TEST(ViewDepthError, IsRemovedFromTheDepths) {
   const Views views(1);
-  const auto error = smooth_depth_error(views.posed());
+  const auto error = depth_error_of(views.posed());
   ASSERT_TRUE(error);
   double before = 0, after = 0;
   for (const auto& [view, T] : views.posed()) {
-    const cv::Mat1w corrected = error->removed_from(view->depth);
+    const cv::Mat1w corrected = without_error(view->depth, *error);
     for (int v = 10; v < 110; v += 5) {
       for (int u = 10; u < 150; u += 5) {
         const double z = room_depth(T, u, v);
@@ -90,14 +90,12 @@ TEST(SmoothDepthError, IsRemovedFromTheDepths) {
   EXPECT_LT(after, 0.15 * before);
 }
 
-TEST(SmoothDepthError, IsNotFoundWithoutAnError) {
-  EXPECT_FALSE(smooth_depth_error(Views(0).posed()));
-}
+TEST(ViewDepthError, IsNotFoundWithoutAnError) { EXPECT_FALSE(depth_error_of(Views(0).posed())); }
 
-TEST(SmoothDepthError, IsNotFoundFromTooFewViews) {
+TEST(ViewDepthError, IsNotFoundFromTooFewViews) {
   const Views views(1);
-  EXPECT_FALSE(smooth_depth_error(std::vector(1, views.posed()[0])));
-  EXPECT_FALSE(smooth_depth_error({}));
+  EXPECT_FALSE(depth_error_of(std::vector(1, views.posed()[0])));
+  EXPECT_FALSE(depth_error_of(std::span<const PosedView>()));
 }
 
 }  // namespace

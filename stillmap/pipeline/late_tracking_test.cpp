@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stillmap/evaluate/trajectory_error.hpp"
 #include "stillmap/pipeline/recording_test.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ SlamResult result_of(Start start, bool final_adjustment) {
   return slam.finish();
 }
 
-TEST(LostFrames, FramesBeforeTheMapAreTrackedInItAtTheEnd) {
+TEST(LateTracking, FramesBeforeTheMapAreTrackedInItAtTheEnd) {
   const SlamResult result = result_of(Start::kNoDepth, true);
   ASSERT_EQ(result.trajectory.size(), kFrames);
   const SimulatedSequence& sequence = *recording(0, "xyz").sequence;
@@ -48,12 +49,34 @@ TEST(LostFrames, FramesBeforeTheMapAreTrackedInItAtTheEnd) {
   EXPECT_FALSE(result.frames[kWithoutDepth].tracked_late);
 }
 
-TEST(LostFrames, FramesWithoutKeypointsStayWithoutAPose) {
+TEST(LateTracking, FramesWithoutKeypointsStayWithoutAPose) {
   const SlamResult result = result_of(Start::kDark, true);
   EXPECT_EQ(result.trajectory.size(), kFrames - kWithoutDepth);
 }
 
-TEST(LostFrames, NothingIsTrackedAgainWithoutTheFinalAdjustment) {
+/// Root mean square error of all poses [m].
+double error_with(std::uint64_t memory, bool final_adjustment) {
+  const Recording& rec = recording(0, "xyz");
+  SlamParameters options = small_options("static");
+  options.keyframe_memory = memory;
+  options.final_adjustment = final_adjustment;
+  options.dense_cloud = false;
+  SlamSystem slam(rec.sequence->camera(), options);
+  for (const RgbdFramePtr& frame : rec.frames) slam.push(frame);
+  return absolute_trajectory_error(rec.sequence->trajectory(), slam.finish().trajectory)
+      .translation.rmse;
+}
+
+TEST(LateTracking, MakesAllPosesBetter) {
+  const double before = error_with(30000000, false);
+  EXPECT_LT(error_with(30000000, true), 0.9 * before) << before;
+}
+
+TEST(LateTracking, GivesTheSamePosesFromTheFile) {
+  EXPECT_EQ(error_with(0, true), error_with(30000000, true));
+}
+
+TEST(LateTracking, NothingIsTrackedAgainWithoutTheFinalAdjustment) {
   const SlamResult result = result_of(Start::kNoDepth, false);
   EXPECT_EQ(result.trajectory.size(), kFrames - kWithoutDepth);
 }
