@@ -108,7 +108,7 @@ std::optional<SmoothDepthError> fit_depth_error(const std::vector<DepthDifferenc
   if (differences.size() < kMinDifferences) return std::nullopt;
   const Differences all(differences);
   const Differences first = all.first(all.size() / 2), second = all.subspan(all.size() / 2);
-  const SmoothDepthError error = fitted(all);
+  SmoothDepthError error = fitted(all);
   if (unexplained(error, all) > kMostLeft ||
       unexplained(fitted(first), second) > kMostLeftOfOther ||
       unexplained(fitted(second), first) > kMostLeftOfOther)
