@@ -10,19 +10,16 @@
 namespace stillmap {
 namespace {
 
+using namespace compared_depths;  // NOLINT(google-build-using-namespace)
+
 /// Views are compared if they turn by angles between these [rad], so that surfaces are in different
-/// parts of the images, and are at most this far apart [m].
-constexpr double kLeastTurn = 0.05, kMostTurn = 1, kFarthest = 1;
+/// parts of the images.
+constexpr double kLeastTurn = 0.05, kMostTurn = 1;
 /// Number of views that a view is compared with, and distance of the compared pixels.
 constexpr std::size_t kPartners = 12;
 constexpr int kStep = 6;
-/// Pixels are compared that are farther apart than this share of the width: noise dominates others.
-constexpr double kLeastDistance = 0.1;
-/// Largest difference of the inverse depths of one surface [1/m], and steepness of a surface:
-/// largest relative difference of the depths of neighbors.
-constexpr double kMostDifference = 0.06, kSteepest = 0.02;
-/// Nearest and farthest depth of a compared pixel [m]: the error of poses matters for near ones.
-constexpr double kNearest = 0.8, kFarthestDepth = 6;
+/// Steepness of a surface: largest relative difference of the depths of neighbors.
+constexpr double kSteepest = 0.02;
 
 Eigen::Vector2d size_of(const cv::Mat1w& depth) { return {depth.cols, depth.rows}; }
 
@@ -40,11 +37,11 @@ double flat_depth(const DenseView& view, int row, int col) {
 void compare(const PosedView& a, const PosedView& b, std::vector<DepthDifference>& differences) {
   const Pose T_b_a = b.T_world_camera.inverse() * a.T_world_camera;
   const Camera& camera = b.view->camera;
-  const double least = kLeastDistance * camera.width;
+  const double least = kLeastShift * camera.width;
   for (int row = kStep / 2; row < a.view->depth.rows; row += kStep) {
     for (int col = kStep / 2; col < a.view->depth.cols; col += kStep) {
       const double z = flat_depth(*a.view, row, col);
-      if (z < kNearest || z > kFarthestDepth) continue;
+      if (z < kNearest || z > kFarthest) continue;
       const Eigen::Vector3d p = T_b_a * a.view->camera.unproject(col, row, z);
       if (p.z() < kNearest) continue;
       const Eigen::Vector2d uv = camera.project(p);
@@ -67,7 +64,7 @@ std::vector<std::size_t> partners(std::span<const PosedView> views, std::size_t 
   for (std::size_t other = 0; other < views.size(); ++other) {
     const Pose between = T_camera_world * views[other].T_world_camera;
     if (between.angle() > kLeastTurn && between.angle() < kMostTurn &&
-        between.translation().norm() < kFarthest)
+        between.translation().norm() < kFarthestCamera)
       found.push_back(other);
   }
   const std::size_t step = (found.size() + kPartners - 1) / kPartners;

@@ -8,6 +8,17 @@
 
 namespace stillmap {
 
+/// Which depths are compared for fit_depth_error().
+namespace compared_depths {
+/// Least distance of the pixels [image widths], since noise dominates nearer ones, and largest
+/// distance of the cameras [m].
+inline constexpr double kLeastShift = 0.1, kFarthestCamera = 1;
+/// Nearest and farthest depth [m]: the error of poses matters for near ones.
+inline constexpr double kNearest = 0.8, kFarthest = 6;
+/// Largest difference of the inverse depths of one surface [1/m].
+inline constexpr double kMostDifference = 0.06;
+}  // namespace compared_depths
+
 /// A pixel and its depth.
 struct PixelDepth {
   double u = 0, v = 0;  ///< [pixels]

@@ -10,15 +10,9 @@
 namespace stillmap {
 namespace {
 
-/// Keypoints of a landmark are compared that are farther apart than this share of the width, since
-/// noise dominates others, in keyframes that are at most this far apart [m].
-constexpr double kLeastDistance = 0.1, kFarthest = 1;
-/// Largest difference of the inverse depths of one surface [1/m].
-constexpr double kMostDifference = 0.06;
-/// Nearest and farthest depth of a compared keypoint [m]: the error of poses matters for near ones.
-constexpr double kNearest = 0.8, kFarthestDepth = 6;
+using namespace compared_depths;  // NOLINT(google-build-using-namespace)
 
-bool is_compared(const Keypoint& k) { return k.depth >= kNearest && k.depth <= kFarthestDepth; }
+bool is_compared(const Keypoint& k) { return k.depth >= kNearest && k.depth <= kFarthest; }
 
 void compare(const Map& map, const Landmark& landmark, std::vector<DepthDifference>& differences) {
   const Camera& camera = map.camera();
@@ -32,8 +26,8 @@ void compare(const Map& map, const Landmark& landmark, std::vector<DepthDifferen
       const Keypoint& to = b.features->keypoints[second.keypoint];
       const Pose& T_world_b = b.T_world_camera;
       if (b.session != map.session() || !is_compared(to) ||
-          std::hypot(to.u - from.u, to.v - from.v) < kLeastDistance * camera.width ||
-          (a.T_world_camera.translation() - T_world_b.translation()).norm() > kFarthest)
+          std::hypot(to.u - from.u, to.v - from.v) < kLeastShift * camera.width ||
+          (a.T_world_camera.translation() - T_world_b.translation()).norm() > kFarthestCamera)
         continue;
       const double predicted = (T_world_b.inverse() * p).z();
       if (predicted < kNearest) continue;
