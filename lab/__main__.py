@@ -3,11 +3,11 @@
 import argparse
 import sys
 
-from lab import (bench, calibrations, changes, core, findings, growth, hashes, judge, maps, merging, paper_docs, reproduce,
+from lab import (bench, calibrations, changes, core, covariances, findings, growth, hashes, judge, maps, merging, paper_docs, reproduce,
                  sequences, starts, surface, view, vocabulary, zones)
 
 SUBCOMMANDS = {"sequences": sequences, "starts": starts, "hashes": hashes, "bench": bench, "maps": maps,
-               "calibrations": calibrations, "changes": changes, "growth": growth, "findings": findings, "judge": judge,
+               "calibrations": calibrations, "changes": changes, "covariances": covariances, "growth": growth, "findings": findings, "judge": judge,
                "merging": merging, "paper_docs": paper_docs, "reproduce": reproduce, "surface": surface, "view": view, "zones": zones,
                "vocabulary": vocabulary}
 

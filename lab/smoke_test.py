@@ -184,6 +184,17 @@ class Smoke(unittest.TestCase):
             printed = self.module("judge", "appeared", out / "run_of_visit_0_1", out / "visit_0_1")
             self.assertRegex(printed, r"\w+: \d+\.\d % of \d+ visible points")
 
+    @unittest.skipUnless(importlib.util.find_spec("scipy"), "needs scipy")
+    def test_covariances(self):
+        run = self.folder / "covariances"
+        subprocess.run([STILLMAP, "run", self.sequences / "office", "--out", run, "--quiet"], check=True, capture_output=True)
+        printed = self.module("covariances", run, self.sequences / "office")
+        rows = re.findall(r"\| (\d+\.\d), (\d+\.\d) \| \d\.\d{3}, \d\.\d{3} \|", printed)
+        self.assertTrue(rows, printed)
+        for error, stated in rows:
+            self.assertLess(float(error), 10)
+            self.assertGreater(float(stated), 0)
+
     def test_merging(self):
         out = self.folder / "merging"
         printed = self.module("merging", self.sequences, "--length", "20", "--most", "2", "--orders", "1", "--out", out,

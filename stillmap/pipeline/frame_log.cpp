@@ -214,16 +214,6 @@ std::vector<std::vector<UncertainPose>> FrameLog::paths(const Map& map) const {
   return paths;
 }
 
-void FrameLog::enlarge_covariances(std::vector<UncertainPose>& poses) const {
-  auto record = records_.begin();
-  for (UncertainPose& pose : poses) {
-    record = std::find_if(record, records_.end(),
-                          [&](const FrameRecord& r) { return r.timestamp >= pose.timestamp; });
-    if (record == records_.end()) return;
-    pose.covariance *= covariance_factor(record->moving_share());
-  }
-}
-
 std::vector<FrameRecord> FrameLog::records_in(const Map& map) const {
   std::vector<FrameRecord> records = records_;
   for (FrameRecord& record : records) record.component = component_in(map, record);

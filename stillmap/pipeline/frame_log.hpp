@@ -144,9 +144,6 @@ class FrameLog {
   /// Returns the same poses with their timestamps and covariances, as uninterrupted paths: one ends
   /// where the next pose is in another component of the map or more than half a second later.
   std::vector<std::vector<UncertainPose>> paths(const Map& map) const;
-  /// Enlarges the covariances of frames most of whose keypoints move: see covariance_factor().
-  /// @param poses of frames in the log, by ascending timestamps
-  void enlarge_covariances(std::vector<UncertainPose>& poses) const;
   /// Returns the records with the components of their poses.
   std::vector<FrameRecord> records_in(const Map& map) const;
   /// Adds one sample per frame for each stage of the tracker's thread, in the order of

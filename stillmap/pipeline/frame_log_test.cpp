@@ -81,19 +81,5 @@ TEST(FrameLog, DetectedObjectsThatFillTheImageDoNotMakeAPoseUncertain) {
       << "most keypoints outside detected objects move";
 }
 
-TEST(FrameLog, CovariancesGrowByTheSquaredOddsOfMovingKeypoints) {
-  FrameLog log(true);
-  std::vector<UncertainPose> poses;
-  for (const std::size_t moving : {3U, 8U, 5U, 6U}) {
-    log.add(frame_with_moving(log.records().size(), moving), {});
-    if (moving != 5)
-      poses.push_back({log.records().back().timestamp, Pose(), Matrix6d::Identity()});
-  }
-  log.enlarge_covariances(poses);
-  EXPECT_DOUBLE_EQ(poses[0].covariance(0, 0), 1);
-  EXPECT_NEAR(poses[1].covariance(0, 0), 16, 1e-9);
-  EXPECT_NEAR(poses[2].covariance(5, 5), 2.25, 1e-9);  // the frame without a pose is passed over
-}
-
 }  // namespace
 }  // namespace stillmap

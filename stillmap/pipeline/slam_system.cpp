@@ -277,8 +277,7 @@ void SlamResult::set_poses(std::vector<UncertainPose> found) {
 std::vector<UncertainPose> camera_poses(const FrameLog& log, const Map& map, bool smooth) {
   std::vector<UncertainPose> poses;
   for (const auto& path : log.paths(map)) {
-    auto part = smooth ? smooth_trajectory(path) : path;
-    log.enlarge_covariances(part);
+    const auto part = smooth ? smooth_trajectory(path) : path;
     poses.insert(poses.end(), part.begin(), part.end());
   }
   return poses;

@@ -86,7 +86,7 @@ PoseUpdate pose_update(const FrameRecord& newest, const Snapshot& snapshot) {
                     .inliers = newest.inliers,
                     .relocalized = newest.relocalized,
                     .certain = !newest.uncertain(),
-                    .covariance = covariance_factor(newest.moving_share()) * newest.covariance};
+                    .covariance = newest.covariance};
   if (newest.has_pose() && !snapshot.trajectory.empty())
     update.T_world_camera = snapshot.trajectory.back().T_world_camera * newest.T_camera_filtered;
   return update;
@@ -104,10 +104,7 @@ PoseUpdate pose_update(const TrackedFrame& tracked, const MapView& view) {
           .relocalized = tracked.relocalized,
           .certain = tracked.has_pose() && uncertainty_of(tracked) == Uncertainty::kNone,
           .in_saved_map = in_saved_map(tracked, view),
-          .covariance = tracked.T_world_predicted
-                            ? tracked.covariance
-                            : covariance_factor(moving_share(tracked.frame->evidence.weight)) *
-                                  tracked.covariance};
+          .covariance = tracked.covariance};
 }
 
 ObservedFrame observed_frame(const TrackedFrame& tracked, const MapView& view) {

@@ -21,13 +21,4 @@ inline constexpr double kMovingMajority = 0.5;
 /// rendered kitchens, whose poses err by millimeters, has more.
 inline constexpr double kUncertainMajority = 0.75;
 
-/// Returns the factor of the covariance of a pose: the squared odds of moving keypoints where they
-/// are the majority, else 1. On Bonn crowd the poses among people err by three to ten times their
-/// covariance without it.
-inline double covariance_factor(double moving_share) {
-  if (moving_share <= kMovingMajority) return 1;
-  const double odds = moving_share / std::max(0.05, 1 - moving_share);
-  return odds * odds;
-}
-
 }  // namespace stillmap

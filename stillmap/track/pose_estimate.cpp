@@ -2,17 +2,12 @@
 #include "stillmap/track/pose_estimate.hpp"
 
 #include "stillmap/geometry/contradiction.hpp"
+#include "stillmap/optimize/pose_covariance.hpp"
 
 #include <limits>
 
-#include <Eigen/LU>
-
 namespace stillmap {
 namespace {
-
-/// Variance of a landmark relative to that of a keypoint: landmarks are made of keypoints, most of
-/// them of few.
-constexpr double kLandmarkVariance = 1;
 
 /// Factor on the information of a prior with which it decides against all matches.
 constexpr double kFirm = 1e4;
@@ -69,11 +64,6 @@ PoseSolution solve_near_prior(const Problem& problem, const Pose& guess,
   return agrees(near, *prior) ? near : bound;
 }
 
-/// Inverse information times the a posteriori variance of unit weight.
-Matrix6d covariance_of(const PoseSolution& solution) {
-  return (1 + kLandmarkVariance) * solution.rms * solution.rms * solution.information.inverse();
-}
-
 }  // namespace
 
 std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Features& features,
@@ -90,7 +80,8 @@ std::optional<PoseEstimate> estimate_pose(const TrackingModel& model, const Feat
   }
   const PoseSolution solution = solve_near_prior(problem, T_world_camera_guess, prior);
   if (!solution.well_posed || solution.inliers < min_inliers) return std::nullopt;
-  PoseEstimate estimate{solution.T_world_camera, {}, covariance_of(solution)};
+  PoseEstimate estimate{
+      solution.T_world_camera, {}, pose_covariance(model.camera, problem.observations, solution)};
   estimate.contradicts_prior = prior && !agrees(solution, *prior);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (solution.inlier[i]) estimate.matches.push_back(matches[i]);

@@ -27,7 +27,7 @@ struct PoseEstimate {
   Pose T_world_camera;
   std::vector<PointMatch> matches;  ///< inliers only
   /// Covariance of the perturbation (v, w) in T_world_camera exp(v, w), from the residuals of the
-  /// inliers; landmarks are taken to be as uncertain as keypoints [m^2, rad^2].
+  /// inliers: see pose_covariance() [m^2, rad^2].
   Matrix6d covariance = Matrix6d::Zero();
   /// Whether the pose contradicts the prior: too few matches agree with any near it.
   bool contradicts_prior = false;
