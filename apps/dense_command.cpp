@@ -8,6 +8,7 @@
 #include "stillmap/pipeline/saved_views.hpp"
 #include "stillmap/pipeline/slam_parameters.hpp"
 #include "stillmap/report/mover_files.hpp"
+#include "stillmap/report/obstacle_files.hpp"
 #include "stillmap/report/planner_files.hpp"
 #include "stillmap/report/run_folder.hpp"
 
@@ -111,6 +112,21 @@ std::string unconnected_text(std::size_t parts) {
       parts);
 }
 
+/// Returns the files that may be written, for a check before the map is composed.
+std::vector<std::string> possible_files(const DenseOutputs& outputs) {
+  std::vector<std::string> names = mesh_file_names(outputs.mesh);
+  const auto add = [&](RunPart part) {
+    for (std::string& name : file_names(part)) names.push_back(std::move(name));
+  };
+  add(RunPart::kDense);
+  add(RunPart::kObjects);
+  if (outputs.planner) add(RunPart::kPlanner);
+  std::erase_if(names, [](const std::string& name) {  // only runs write these
+    return name == kRunMap || name == kRunOptions || name == kLiveObstacles;
+  });
+  return names;
+}
+
 int run(const DenseArguments& arguments) {
   check(arguments.outputs);
   const DensePaths paths = paths_of(arguments);
@@ -121,9 +137,12 @@ int run(const DenseArguments& arguments) {
   require_views(saved, paths.map.string());
   ResultFolder folder(paths.out, arguments.force ? ResultFolder::Foreign::kOverwrite
                                                  : ResultFolder::Foreign::kKeep);
+  folder.require_free(possible_files(arguments.outputs));
   const double reading = watch.lap();
+  std::optional<ProgressStep> step("composing the map");
   const PlacedMap placed = place_views(saved, options);
   const ComposedCloud cloud = cloud_of(placed);
+  step.reset();
   print_out(
       "{}, {}, {} removed, {}; read in {:.0f} ms, composed in "
       "{:.0f} ms\n",
@@ -134,8 +153,10 @@ int run(const DenseArguments& arguments) {
   const Trajectory trajectory = trajectory_of(paths, saved);
   const std::vector<MoverTrack> movers =
       fs::exists(paths.movers) ? read_mover_tracks(paths.movers) : std::vector<MoverTrack>();
+  step.emplace("making the files");
   const DenseFiles files =
       write_dense_files({cloud, placed, trajectory, movers}, options, arguments.outputs, folder);
+  step.reset();
   print_out("{}", folder.written_text());
   folder.require_all();
   print_out("{}",

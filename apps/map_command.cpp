@@ -326,7 +326,9 @@ void write_scene_files(const MapArguments& arguments, const SavedMap& saved, Res
   const Cloud cloud = cloud_of(placed).cloud;
   if (wanted("las"))
     folder.write_text("cloud.las", las_bytes(cloud, upright_frame(search_floor(placed, {}))));
-  if (arguments.formats.size() == 1 && wanted("las")) return;
+  const bool with_images = std::ranges::any_of(
+      arguments.formats, [](const std::string& format) { return format != "las"; });
+  if (!with_images) return;
   if (std::ranges::any_of(placed.views, has_no_photo)) {
     throw Error("has views without images: an earlier version made them", arguments.file,
                 "make the map again with stillmap run");

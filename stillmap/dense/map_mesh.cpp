@@ -81,16 +81,20 @@ void add_around(const Lattice& voxel, int reach, VoxelIndex& index) {
 
 /// Returns the mesh without the triangles that are not at points of the map: along outlines, the
 /// distances of views from several sides may be zero where there is no surface.
-TriangleMesh at_points(TriangleMesh mesh, const PlacedMap& placed) {
+/// @param voxel_edge  edge of the voxels of the mesh [m]; those of the map may be finer than its
+/// points
+///               are dense
+TriangleMesh at_points(TriangleMesh mesh, const PlacedMap& placed, double voxel_edge) {
   constexpr int kReach = 1, kFarReach = 5;  // far points are further apart, and less exact [voxels]
+  const double edge = std::max(voxel_edge, placed.grid->edge());
   VoxelIndex near;
   for (std::size_t i = 0; i < placed.points.size(); ++i) {
-    const auto voxel = voxel_at(placed.points[i].cast<double>(), placed.grid->edge());
+    const auto voxel = voxel_at(placed.points[i].cast<double>(), edge);
     const int reach = placed.grid->is_far(placed.cells[i]) ? kFarReach : kReach;
     if (voxel) add_around(lattice_of(*voxel), reach, near);
   }
   const auto is_near = [&](std::uint32_t vertex) {
-    const auto voxel = voxel_at(mesh.vertices[vertex].cast<double>(), placed.grid->edge());
+    const auto voxel = voxel_at(mesh.vertices[vertex].cast<double>(), edge);
     return voxel && near.find(*voxel) != VoxelIndex::kNone;
   };
   std::erase_if(mesh.triangles,
@@ -109,7 +113,7 @@ TriangleMesh make_mesh(const PlacedMap& placed, const MeshOptions& options) {
   }
   TriangleMesh mesh = volume.mesh();
   mesh.vertices = refined_points(mesh.vertices, placed.views);
-  mesh = at_points(std::move(mesh), placed);
+  mesh = at_points(std::move(mesh), placed, options.voxel);
   mesh.colors = surface_colors(mesh.vertices, placed.views, placed.gains);
   return mesh;
 }

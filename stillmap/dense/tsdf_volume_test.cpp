@@ -150,5 +150,22 @@ TEST(MapMesh, ContainsFarSurfaces) {
             0.6 * camera.depth_sensor.sigma(kFar));
 }
 
+// A slanted wall whose points are farther apart than the voxels of the cloud: all triangles within
+// a voxel of the mesh around a point stay, in one of the cloud 58 % would.
+TEST(MapMesh, StaysAroundThePointsOfAFineCloud) {
+  const Plane wall{Eigen::Vector3d(0.6, -0.1, 0.8).normalized(), 0.9};
+  const auto triangles = [&](double voxel) {
+    DenseOptions options;
+    options.voxel = voxel;
+    DenseMap map(small_camera(), options);
+    for (std::uint64_t i = 0; i < 4; ++i) map.add(i, view_of(small_camera(), Pose(), wall), {});
+    return make_mesh(map.place([](std::uint64_t) { return std::optional(Pose()); }))
+        .triangles.size();
+  };
+  const std::size_t whole = triangles(0.01);
+  ASSERT_GT(whole, 2000U);
+  EXPECT_GT(triangles(0.005), whole * 63 / 100);
+}
+
 }  // namespace
 }  // namespace stillmap

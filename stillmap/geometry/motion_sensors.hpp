@@ -16,6 +16,12 @@ struct ImuSample {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< [rad/s]
   /// Specific force [m/s^2]: 9.81 upward at rest.
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+
+  /// Returns whether the measurement of another sample is the same. Noise makes every one another,
+  /// so that equal samples are one that the sensor or its driver repeats.
+  bool repeats(const ImuSample& other) const {
+    return angular_velocity == other.angular_velocity && acceleration == other.acceleration;
+  }
 };
 
 /// Noise and mounting of an inertial measurement unit. The default noise is that of a consumer

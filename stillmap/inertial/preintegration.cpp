@@ -17,6 +17,14 @@ ImuSample between(const ImuSample& a, const ImuSample& b, double timestamp) {
           (1 - s) * a.acceleration + s * b.acceleration};
 }
 
+/// Returns whether there is a gap of more than kLargestGap before a sample, in which there is none
+/// or the same one is repeated.
+bool follows_gap(std::span<const ImuSample> samples, std::size_t next) {
+  std::size_t measured = next - 1;
+  while (measured > 0 && samples[measured].repeats(samples[measured - 1])) --measured;
+  return samples[next].timestamp - samples[measured].timestamp > kLargestGap;
+}
+
 }  // namespace
 
 Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
@@ -97,7 +105,7 @@ std::optional<Preintegration> preintegrate(std::span<const ImuSample> samples, d
   Preintegration result(imu, bias);
   ImuSample from = between(*(after - 1), *after, begin);
   for (auto next = after; next <= last; ++next) {
-    if (next->timestamp - (next - 1)->timestamp > kLargestGap) return std::nullopt;
+    if (follows_gap(samples, static_cast<std::size_t>(next - samples.begin()))) return std::nullopt;
     const ImuSample to = next->timestamp < end ? *next : between(*(next - 1), *next, end);
     const double dt = to.timestamp - from.timestamp;
     if (dt <= 0) continue;

@@ -70,7 +70,8 @@ class Preintegration {
 };
 
 /// Returns the motion between two times, with measurements that change linearly from sample to
-/// sample. None if the samples do not cover the time, or leave a gap of more than 50 ms.
+/// sample. None if the samples do not cover the time, or leave a gap of more than 50 ms,
+/// in which there is none or the same one is repeated.
 /// @param samples  by increasing time
 std::optional<Preintegration> preintegrate(std::span<const ImuSample> samples, double begin,
                                            double end, const Imu& imu, const ImuBias& bias);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/inertial/preintegration.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -85,7 +86,8 @@ TEST(Preintegration, SamplesAreInterpolatedBetweenTwoTimes) {
 
 TEST(Preintegration, TimesWithoutSamplesGiveNone) {
   std::vector<ImuSample> samples;
-  for (int i = 0; i < 20; ++i) samples.push_back({.timestamp = 0.01 * i});
+  for (int i = 0; i < 20; ++i)
+    samples.push_back({.timestamp = 0.01 * i, .angular_velocity = {0.001 * i, 0, 0}});
   EXPECT_TRUE(preintegrate(samples, 0.0, 0.19, Imu{}, {}));
   EXPECT_FALSE(preintegrate(samples, -0.01, 0.1, Imu{}, {}));
   EXPECT_FALSE(preintegrate(samples, 0.1, 0.2, Imu{}, {}));
@@ -94,6 +96,14 @@ TEST(Preintegration, TimesWithoutSamplesGiveNone) {
   samples.erase(samples.begin() + 5, samples.begin() + 12);
   EXPECT_FALSE(preintegrate(samples, 0.03, 0.15, Imu{}, {}));
   EXPECT_TRUE(preintegrate(samples, 0.12, 0.15, Imu{}, {}));
+}
+
+TEST(Preintegration, ASampleThatIsRepeatedIsNone) {
+  std::vector<ImuSample> samples;
+  for (int i = 0; i < 20; ++i)
+    samples.push_back({.timestamp = 0.01 * i, .angular_velocity = {0.001 * std::min(i, 8), 0, 0}});
+  EXPECT_TRUE(preintegrate(samples, 0.02, 0.13, Imu{}, {})) << "as in a gap of 50 ms";
+  EXPECT_FALSE(preintegrate(samples, 0.02, 0.15, Imu{}, {}));
 }
 
 }  // namespace

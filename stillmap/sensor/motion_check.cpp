@@ -70,6 +70,12 @@ std::optional<Finding> gap_finding(const Samples& samples, const char* whose,
       {{"gaps", static_cast<double>(gaps)}, {"longest_s", gap_before(longest)}});
 }
 
+std::vector<ImuSample> without_repeated(std::vector<ImuSample> samples) {
+  const auto repeats = [](const ImuSample& a, const ImuSample& b) { return b.repeats(a); };
+  samples.erase(std::unique(samples.begin(), samples.end(), repeats), samples.end());
+  return samples;
+}
+
 }  // namespace
 
 std::vector<Finding> motion_findings(const MotionSamples& samples) {
@@ -80,7 +86,7 @@ std::vector<Finding> motion_findings(const MotionSamples& samples) {
   if (!samples.imu.empty()) {
     add(unit_finding(samples.imu));
     add(turn_finding(samples.imu));
-    add(gap_finding(samples.imu, "the IMU", kImuGap));
+    add(gap_finding(without_repeated(samples.imu), "the IMU", kImuGap));
   }
   if (!samples.odometry.empty()) add(gap_finding(samples.odometry, "the wheels", kWheelGap));
   return findings;

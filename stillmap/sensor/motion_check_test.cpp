@@ -16,7 +16,8 @@ MotionSamples right_samples() {
   MotionSamples samples;
   for (int i = 0; i < 2000; ++i) {
     const double t = 0.005 * i;
-    samples.imu.push_back({t, {0.5, 0.2, -0.3}, {0.4, -9.7, 0.6 + (i % 7 == 0 ? 2.0 : 0.0)}});
+    samples.imu.push_back(
+        {t, {0.5, 0.2, -0.3 + 1e-4 * t}, {0.4, -9.7, 0.6 + (i % 7 == 0 ? 2.0 : 0.0)}});
   }
   for (int i = 0; i < 200; ++i) samples.odometry.push_back({0.05 * i, Pose()});
   return samples;
@@ -60,6 +61,21 @@ TEST(MotionCheck, TellsDegrees) {
   EXPECT_THAT(messages(samples), IsEmpty());
   for (std::size_t i = 0; i < 200; ++i) samples.imu[10 * i].angular_velocity.x() = 90;
   EXPECT_THAT(messages(samples), ElementsAre(HasSubstr("as in degrees/s")));
+}
+
+TEST(MotionCheck, TellsASampleThatIsRepeatedAsAGap) {
+  MotionSamples samples = right_samples();
+  for (std::size_t i = 401; i < 404; ++i) {
+    samples.imu[i].angular_velocity = samples.imu[400].angular_velocity;
+    samples.imu[i].acceleration = samples.imu[400].acceleration;
+  }
+  EXPECT_THAT(messages(samples), IsEmpty()) << "15 ms";
+  for (std::size_t i = 401; i < 600; ++i) {
+    samples.imu[i].angular_velocity = samples.imu[400].angular_velocity;
+    samples.imu[i].acceleration = samples.imu[400].acceleration;
+  }
+  EXPECT_THAT(messages(samples),
+              ElementsAre(HasSubstr("of the IMU: 1, the longest 1.00 s after 2.000")));
 }
 
 TEST(MotionCheck, TellsGaps) {

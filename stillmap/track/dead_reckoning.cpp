@@ -79,6 +79,12 @@ void DeadReckoning::correct_velocity(const Eigen::Vector3d& error) {
   if (inertia_ && !by_wheels()) inertia_->correct_velocity(error);
 }
 
+void DeadReckoning::mount(const Imu& imu) {
+  inertia_.emplace(imu);
+  prediction_ = {};
+  gyro_contradicted_ = false;
+}
+
 void DeadReckoning::move(const Pose& T_corrected_world) {
   if (inertia_) inertia_->move(T_corrected_world);
   prediction_.move(T_corrected_world);

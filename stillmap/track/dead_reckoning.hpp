@@ -27,6 +27,8 @@ class DeadReckoning {
   /// Corrects the velocity of a pose without wheels by what the images show of an unknown place.
   /// @param error  velocity by the images minus that of the pose, in the world [m/s]
   void correct_velocity(const Eigen::Vector3d& error);
+  /// Begins again with an IMU that is mounted otherwise.
+  void mount(const Imu& imu);
   /// Moves the pose along with a correction of the map.
   void move(const Pose& T_corrected_world);
 

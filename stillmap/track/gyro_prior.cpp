@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/track/gyro_prior.hpp"
 
+#include <numbers>
+
 #include <Eigen/LU>
 #include <fmt/format.h>
 
@@ -20,7 +22,25 @@ constexpr double kContradiction = 16.3;
 
 }  // namespace
 
+Finding GyroPrior::mounting_finding() const {
+  const Pose& T = imu_->T_camera_imu;
+  const double degrees = given_->angularDistance(T.quaternion()) * 180 / std::numbers::pi;
+  const Eigen::Matrix3d R = T.rotation();
+  const Eigen::Vector3d& t = T.translation();
+  return make_finding(
+      "gyroscope-unlike",
+      fmt::format("the gyroscope is mounted otherwise than T_camera_imu says, by {:.0f} degrees; "
+                  "the orientation that the images show is used",
+                  degrees),
+      fmt::format("write T_camera_imu: [{:.4f}, {:.4f}, {:.4f}, {:.3f}, {:.4f}, {:.4f}, {:.4f}, "
+                  "{:.3f}, {:.4f}, {:.4f}, {:.4f}, {:.3f}, 0, 0, 0, 1] into the camera file",
+                  R(0, 0), R(0, 1), R(0, 2), t.x(), R(1, 0), R(1, 1), R(1, 2), t.y(), R(2, 0),
+                  R(2, 1), R(2, 2), t.z()),
+      {{"angle_deg", degrees}});
+}
+
 std::optional<Finding> GyroPrior::finding() const {
+  if (given_ && !contradicted()) return mounting_finding();
   if (left_out_ == 0 || kShare * left_out_ < compared_) return std::nullopt;
   const std::optional<double> offset = clock_.offset();
   return make_finding(
@@ -71,11 +91,24 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
   return prior;
 }
 
-void GyroPrior::compare_clock(const RgbdFrame& image, const Pose& T_previous_camera) {
-  if (!measured_) return;
+std::optional<Imu> GyroPrior::compare(const RgbdFrame& image, const Pose& T_previous_camera) {
+  if (!measured_) return std::nullopt;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
   clock_.add(image.imu, before_, image.timestamp,
              q.conjugate() * T_previous_camera.quaternion() * q, *imu_, {.gyro = bias_->mean()});
+  if (const auto raw = preintegrate(image.imu, before_, image.timestamp, *imu_, {}))
+    mounting_.add(so3_log(raw->rotation({})), so3_log(T_previous_camera.quaternion()));
+  if (!contradictions_.too_many()) return std::nullopt;
+  const auto mounted = mounting_.instead_of(q);
+  if (!mounted) return std::nullopt;
+  if (!given_) given_ = q;
+  imu_->T_camera_imu = Pose(*mounted, imu_->T_camera_imu.translation());
+  bias_.emplace(*imu_);
+  measured_.reset();
+  contradictions_.clear();
+  clock_ = {};
+  mounting_.clear();
+  return imu_;
 }
 
 void GyroPrior::add(const TrackedFrame& tracked) {

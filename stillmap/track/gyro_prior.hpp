@@ -4,16 +4,20 @@
 #include "stillmap/inertial/contradictions.hpp"
 #include "stillmap/inertial/gyro_bias.hpp"
 #include "stillmap/inertial/gyro_clock.hpp"
+#include "stillmap/inertial/gyro_mounting.hpp"
 #include "stillmap/sensor/rgbd_frame.hpp"
 #include "stillmap/track/tracked_frame.hpp"
 #include "stillmap/track/tracker_state.hpp"
 
 #include <optional>
 
+#include <Eigen/Geometry>
+
 namespace stillmap {
 
 /// The rotation of the camera by its gyroscope, whose bias is estimated from the rotations of the
-/// tracked frames. A gyroscope that contradicts them, such as one with exchanged axes, is left out.
+/// tracked frames. A gyroscope that contradicts them, such as one that measures degrees, is left
+/// out; if it is only mounted otherwise, its orientation is estimated.
 class GyroPrior {
  public:
   explicit GyroPrior(std::optional<Imu> imu) : imu_(std::move(imu)) {
@@ -30,18 +34,21 @@ class GyroPrior {
   /// Adds a tracked frame with T_previous_camera, whose motion was predicted by motion().
   void add(const TrackedFrame& tracked);
 
-  /// Compares the clocks by the motion from the previous frame to this one, as the images alone
-  /// show it.
-  void compare_clock(const RgbdFrame& image, const Pose& T_previous_camera);
+  /// Compares clocks and orientation by the motion from the previous frame to this one, as the
+  /// images alone show it. Returns the IMU as it is mounted, if it was found to be mounted
+  /// otherwise.
+  std::optional<Imu> compare(const RgbdFrame& image, const Pose& T_previous_camera);
 
   /// Returns whether it is left out because it contradicts the images, or their clock.
   bool contradicted() const { return contradictions_.too_many() || clock_.offset().has_value(); }
 
-  /// Returns the finding that it was left out in a fifth of the frames or more; none otherwise.
+  /// Returns the finding that it is mounted otherwise, or was left out in a fifth of the frames or
+  /// more; none otherwise.
   std::optional<Finding> finding() const;
 
  private:
   Eigen::Matrix3d with_bias(const Eigen::Matrix3d& covariance) const;
+  Finding mounting_finding() const;
 
   std::optional<Imu> imu_;
   std::optional<GyroBias> bias_;
@@ -54,6 +61,8 @@ class GyroPrior {
   // harm.
   Contradictions contradictions_{60, 4};
   GyroClock clock_;
+  GyroMounting mounting_;
+  std::optional<Eigen::Quaterniond> given_;  // orientation that is not used
   std::size_t compared_ = 0, left_out_ = 0;  // frames
 };
 

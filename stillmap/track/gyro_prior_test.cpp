@@ -87,6 +87,34 @@ TEST(GyroPrior, AGyroscopeWithOtherAxesIsLeftOut) {
   EXPECT_EQ(gyro.finding()->code, "gyroscope-unlike");
 }
 
+TEST(GyroPrior, AGyroscopeThatIsMountedOtherwiseIsUsedAsTheImagesShow) {
+  const TurningCamera camera;
+  Imu said = camera.imu;
+  said.T_camera_imu = Pose(Eigen::Quaterniond::Identity(), camera.imu.T_camera_imu.translation());
+  GyroPrior gyro(said);
+  std::optional<Imu> mounted;
+  std::optional<MotionPrior> prior;
+  for (int i = 1; i <= 120; ++i) {
+    prior = gyro.motion(camera.frame(i), (i - 1) * kInterval, 1e-8 * Matrix6d::Identity());
+    if (const auto found = gyro.compare(camera.frame(i), TurningCamera::motion(i))) {
+      EXPECT_FALSE(mounted) << "once";
+      mounted = found;
+    }
+    TrackedFrame tracked;
+    tracked.T_previous_camera = TurningCamera::motion(i);
+    tracked.covariance = 1e-8 * Matrix6d::Identity();
+    gyro.add(tracked);
+  }
+  ASSERT_TRUE(mounted);
+  EXPECT_LT((mounted->T_camera_imu.inverse() * camera.imu.T_camera_imu).angle(), 1e-3);
+  EXPECT_EQ(mounted->T_camera_imu.translation(), camera.imu.T_camera_imu.translation());
+  ASSERT_TRUE(prior);
+  EXPECT_LT((prior->T_previous_camera.inverse() * TurningCamera::motion(120)).angle(), 2e-4);
+  ASSERT_TRUE(gyro.finding());
+  EXPECT_NE(gyro.finding()->fix.find("T_camera_imu: ["), std::string::npos);
+  EXPECT_NEAR(gyro.finding()->evidence.at("angle_deg"), 78.1, 0.1);  // length of (0.4, -1.1, 0.7)
+}
+
 TEST(GyroPrior, AGyroscopeInDegreesPerSecondIsLeftOut) {
   TurningCamera camera;
   camera.wrong_axes *= 180 / std::numbers::pi;

@@ -523,7 +523,7 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   result->relocalized = relocalized;
   result->confirmed = is_confirmed(pose.estimate);
   if (!relocalized) result->T_previous_camera = motion_since_previous(pose.estimate.T_world_camera);
-  if (model_.camera.imu) compare_clocks(*result, pose.estimate);
+  if (model_.camera.imu) compare_gyroscope(*result, pose.estimate);
   gyro_.add(*result);
   if (!relocalized) note_prediction(*result);
   judge(*result);
@@ -556,14 +556,17 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
 
 /// Passes the rotation by the images alone, which the gyroscope has no part in.
 /// @param by_both  the frame's pose
-void Tracker::compare_clocks(const TrackedFrame& tracked, const PoseEstimate& by_both) {
+void Tracker::compare_gyroscope(const TrackedFrame& tracked, const PoseEstimate& by_both) {
   const auto before = std::exchange(T_world_by_images_, std::nullopt);
   if (!tracked.T_previous_camera) return;
   const auto pose = estimate_pose(model_, *tracked.frame->features, by_both.T_world_camera,
                                   by_both.matches, kMinInliers);
   if (!pose) return;
   T_world_by_images_ = pose->T_world_camera;
-  if (before) gyro_.compare_clock(*tracked.frame->image, before->inverse() * *T_world_by_images_);
+  if (!before) return;
+  const Pose T_before_now = before->inverse() * *T_world_by_images_;
+  if (const auto mounted = gyro_.compare(*tracked.frame->image, T_before_now))
+    dead_reckoning_.mount(*mounted);
 }
 
 TrackedFramePtr Tracker::tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate) {

@@ -136,7 +136,7 @@ class Tracker {
                                           bool continues) const;
   std::optional<Relabeled> pose_without_motion(const Frame& frame, const PoseEstimate& first,
                                                const LocalMapPose& pose) const;
-  void compare_clocks(const TrackedFrame& tracked, const PoseEstimate& by_both);
+  void compare_gyroscope(const TrackedFrame& tracked, const PoseEstimate& by_both);
   void calibrate_shutter(const FramePtr& frame, const std::optional<InitialPose>& initial,
                          const LocalMapPose& pose);
   TrackedFramePtr track_without_map(const FramePtr& frame,
