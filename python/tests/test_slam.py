@@ -379,7 +379,7 @@ def test_a_gyroscope_is_pushed_with_the_frames(frames, camera):
         for frame in frames[:10]:
             if imu is not None:
                 for i in range(7):
-                    slam.push_imu(frame.stamp - 0.03 + 0.005 * i, [0.0, 0.0, 0.0], np.array([0, -9.81, 0]))
+                    slam.push_imu(frame.stamp - 0.03 + 0.005 * i, [1e-4 * i, 0.0, 0.0], np.array([0, -9.81, 0]))
             slam.push(frame.rgb, frame.depth, frame.stamp)
         return np.asarray(slam.finish().trajectory)
 

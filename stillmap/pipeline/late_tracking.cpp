@@ -106,11 +106,13 @@ std::optional<Found> pose_near(const TrackingModel& model, LocalMaps& maps, cons
 
 /// Returns the pose of a frame from its own pose in the map or, unless that is reliable, from the
 /// poses of its neighbors in the log: the one that more landmarks agree with.
+/// @param frame  with the depths of the map
 std::optional<Found> pose_again(const TrackingModel& model, LocalMaps& maps, int min_inliers,
-                                const Frame& frame, bool reliable,
+                                const KeptFrame& kept, const Frame& frame,
                                 const std::vector<FrameRecord>& records, std::size_t position) {
   // A reliable pose is replaced if more landmarks agree, or at least this share of their number and
-  // the new pose is more certain or of depths with a smaller error.
+  // the new pose is more certain or of depths with a smaller error. Poses by the IMU are more
+  // certain, but have errors in common with their neighbors, which smoothing does not reduce.
   constexpr double kLeastShare = 0.5;
   const FrameRecord& record = records[position];
   const auto agreeing = [](const std::optional<Found>& found) {
@@ -122,11 +124,11 @@ std::optional<Found> pose_again(const TrackingModel& model, LocalMaps& maps, int
   std::optional<Found> found;
   const auto known = pose_in(maps.map(), record);
   if (known) found = pose_near(model, maps, frame, {*known, record.reference}, min_inliers);
-  if (known && reliable) {
+  if (known && kept.reliable) {
     const bool more = agreeing(found) >= record.inliers;
     const bool half = static_cast<double>(agreeing(found)) >= kLeastShare * record.inliers;
     const bool better =
-        frame.depth_error != maps.map().depth_error() ||
+        kept.with_imu || frame.depth_error != maps.map().depth_error() ||
         (found && variance(found->estimate.covariance) < variance(record.covariance));
     return more || (half && better) ? std::move(found) : std::nullopt;
   }
@@ -136,10 +138,11 @@ std::optional<Found> pose_again(const TrackingModel& model, LocalMaps& maps, int
 }
 
 /// Tracks a frame and places it in the log. Returns whether it has a pose now.
-/// @param recorded  with the depths of the time when it was recorded
-bool track_one(const TrackingModel& model, LocalMaps& maps, int min_inliers, const Frame& recorded,
-               bool reliable, FrameLog& log) {
+/// @param kept  with the depths of the time when it was recorded
+bool track_one(const TrackingModel& model, LocalMaps& maps, int min_inliers, const KeptFrame& kept,
+               FrameLog& log) {
   const Map& map = maps.map();
+  const Frame& recorded = *kept.frame;
   const std::size_t position = log.position(recorded.index());
   const FrameRecord& record = log.records()[position];
   const bool known = pose_in(map, record).has_value();
@@ -147,7 +150,7 @@ bool track_one(const TrackingModel& model, LocalMaps& maps, int min_inliers, con
   Frame frame = recorded;
   frame.features =
       without_depth_error(recorded.features, map.depth_error(), recorded.depth_error, map.camera());
-  const auto found = pose_again(model, maps, min_inliers, frame, reliable, log.records(), position);
+  const auto found = pose_again(model, maps, min_inliers, kept, frame, log.records(), position);
   if (found) log.place(frame.index(), found->reference, found->T_reference_camera, found->estimate);
   return known || found;
 }
@@ -181,7 +184,7 @@ void LateTracking::add(const TrackedFrame& tracked) {
                                ? evidence_of_classes(*tracked.frame).weight
                                : tracked.frame->evidence.weight;
   bytes_in_memory_ += frame->features->bytes();
-  frames_.push_back({std::move(frame), reliable});
+  frames_.push_back({std::move(frame), reliable, imu_ && !tracked.frame->image->imu.empty()});
   move_to_file();
   if (frames_.size() <= kMaxFrames) return;
   if (in_file_ > 0)
@@ -202,7 +205,7 @@ void LateTracking::drop_newest() {
 /// Moves the keypoints of the oldest frames to the file until the others fit the memory.
 void LateTracking::move_to_file() {
   while (bytes_in_memory_ > file_.limit() && in_file_ < frames_.size()) {
-    Kept& oldest = frames_[in_file_];
+    KeptFrame& oldest = frames_[in_file_];
     PagedFeatures stored = paged(*oldest.frame->features, file_);
     if (!stored.features) return;
     bytes_in_memory_ -= oldest.frame->features->bytes();
@@ -219,17 +222,17 @@ void LateTracking::track_again(const TrackingModel& model, const Map& map, int m
                                FrameLog& log) const {
   const TraceScope scope("late tracking");
   LocalMaps maps(map);
-  const auto track = [&](const Kept& kept) {
-    const bool placed = track_one(model, maps, min_inliers, *kept.frame, kept.reliable, log);
+  const auto track = [&](const KeptFrame& kept) {
+    const bool placed = track_one(model, maps, min_inliers, kept, log);
     if (kept.pages) kept.pages->drop();
     return placed;
   };
   // From the frames after each gap, then from those before it.
-  std::vector<const Kept*> left;
-  for (const Kept& kept : frames_ | std::views::reverse) {
+  std::vector<const KeptFrame*> left;
+  for (const KeptFrame& kept : frames_ | std::views::reverse) {
     if (!track(kept)) left.push_back(&kept);
   }
-  for (const Kept* kept : left | std::views::reverse) track(*kept);
+  for (const KeptFrame* kept : left | std::views::reverse) track(*kept);
 }
 
 }  // namespace stillmap

@@ -11,14 +11,23 @@
 
 namespace stillmap {
 
+/// A frame that is to be tracked again.
+struct KeptFrame {
+  FramePtr frame;
+  bool reliable = false;  // whether its pose is to be relied on
+  bool with_imu = false;  // whether its pose and covariance may be by the IMU, too
+  std::shared_ptr<const Pages> pages = nullptr;  // of the keypoints; null: they are in memory
+};
+
 /// Tracks frames again in the map at the end of a run. By then its landmarks are more accurate, it
 /// contains those that were made after a frame and none that move, and a frame can be tracked from
 /// the frames that follow it.
 class LateTracking {
  public:
   /// @param memory  for the keypoints of the frames; further ones are in a temporary file
-  explicit LateTracking(MemoryLimit memory)
-      : file_(std::move(memory), "the frames to be tracked again") {}
+  /// @param imu     whether the IMU of the camera supports poses
+  LateTracking(MemoryLimit memory, bool imu)
+      : file_(std::move(memory), "the frames to be tracked again"), imu_(imu) {}
 
   /// Keeps the keypoints and the motion evidence of a frame without its images, unless wheels or a
   /// camera at rest confirm its pose. Of too many frames the oldest are dropped.
@@ -35,17 +44,12 @@ class LateTracking {
                    FrameLog& log) const;
 
  private:
-  struct Kept {
-    FramePtr frame;
-    bool reliable = false;
-    std::shared_ptr<const Pages> pages = nullptr;  // of the keypoints; null: they are in memory
-  };
-
   void drop_newest();
   void move_to_file();
 
   SparePages file_;
-  std::deque<Kept> frames_;          // by ascending index
+  bool imu_;
+  std::deque<KeptFrame> frames_;     // by ascending index
   std::size_t in_file_ = 0;          // number of oldest ones whose keypoints are in the file
   std::size_t bytes_in_memory_ = 0;  // of the keypoints of the others
   int since_start_ = 0;              // number of frames since the newest map was started

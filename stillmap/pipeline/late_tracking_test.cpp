@@ -81,5 +81,25 @@ TEST(LateTracking, NothingIsTrackedAgainWithoutTheFinalAdjustment) {
   EXPECT_EQ(result.trajectory.size(), kFrames - kWithoutDepth);
 }
 
+/// The poses by a gyroscope have errors in common, which smoothing would not reduce.
+TEST(LateTracking, PosesWithAnImuAreNotWorseThanThoseWithout) {
+  const SimulatedSequence sequence({.people = 1,
+                                    .camera = "halfsphere",
+                                    .frames = 90,
+                                    .width = 320,
+                                    .height = 240,
+                                    .seed = 11,
+                                    .imu = "d435i"});
+  const auto error = [&](bool imu) {
+    Camera camera = sequence.camera();
+    if (!imu) camera.imu.reset();
+    SlamSystem slam(camera, small_options("fused"));
+    for (std::size_t i = 0; i < sequence.frames(); ++i) slam.push(sequence.frame(i));
+    return absolute_trajectory_error(sequence.trajectory(), slam.finish().trajectory)
+        .translation.rmse;
+  };
+  EXPECT_LT(error(true), 1.1 * error(false));
+}
+
 }  // namespace
 }  // namespace stillmap

@@ -87,7 +87,7 @@ SlamSystem::SlamSystem(const Camera& camera, const SlamParameters& options,
       dense_(camera_, options, extends(start), views_to_begin_with(start)),
       movers_(options.movers, options.schedule.realtime),
       log_(extends(start)),
-      late_({options.keyframe_memory, options.dense.memory.folder}) {
+      late_({options.keyframe_memory, options.dense.memory.folder}, camera.imu.has_value()) {
   construction_.reset();  // all threads have been made and have their tracks
   end_track_ = track_.trace().tracks().size();
 }

@@ -91,36 +91,24 @@ std::optional<MotionPrior> GyroPrior::motion(const RgbdFrame& image, double befo
   return prior;
 }
 
-std::optional<Imu> GyroPrior::compare(const RgbdFrame& image, const Pose& T_previous_camera) {
+std::optional<Imu> GyroPrior::compare(const RgbdFrame& image, const Pose& T_previous_camera,
+                                      const Matrix6d& covariance) {
   if (!measured_) return std::nullopt;
   const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
-  clock_.add(image.imu, before_, image.timestamp,
-             q.conjugate() * T_previous_camera.quaternion() * q, *imu_, {.gyro = bias_->mean()});
+  const Eigen::Quaterniond seen = q.conjugate() * T_previous_camera.quaternion() * q;
+  clock_.add(image.imu, before_, image.timestamp, seen, *imu_, {.gyro = bias_->mean()});
   if (const auto raw = preintegrate(image.imu, before_, image.timestamp, *imu_, {}))
     mounting_.add(so3_log(raw->rotation({})), so3_log(T_previous_camera.quaternion()));
-  if (!contradictions_.too_many()) return std::nullopt;
-  const auto mounted = mounting_.instead_of(q);
-  if (!mounted) return std::nullopt;
-  if (!given_) given_ = q;
-  imu_->T_camera_imu = Pose(*mounted, imu_->T_camera_imu.translation());
-  bias_.emplace(*imu_);
-  measured_.reset();
-  contradictions_.clear();
-  clock_ = {};
-  mounting_.clear();
-  return imu_;
+  compare_rotation(seen, covariance);
+  return contradictions_.too_many() ? mounted_otherwise() : std::nullopt;
 }
 
-void GyroPrior::add(const TrackedFrame& tracked) {
-  if (!measured_ || !tracked.T_previous_camera) return;
-  const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
-  const Eigen::Quaterniond seen = q.conjugate() * tracked.T_previous_camera->quaternion() * q;
+void GyroPrior::compare_rotation(const Eigen::Quaterniond& seen, const Matrix6d& of_images) {
   const Eigen::Quaterniond measured = measured_->rotation({.gyro = bias_->mean()});
   const Eigen::Vector3d difference = so3_log(measured.conjugate() * seen);
-  const Eigen::Matrix3d R_imu_camera = q.conjugate().toRotationMatrix();
+  const Eigen::Matrix3d R_imu_camera = imu_->T_camera_imu.rotation().transpose();
   const Eigen::Matrix3d covariance =
-      covariance_ +
-      R_imu_camera * tracked.covariance.bottomRightCorner<3, 3>() * R_imu_camera.transpose();
+      covariance_ + R_imu_camera * of_images.bottomRightCorner<3, 3>() * R_imu_camera.transpose();
   const Eigen::Matrix3d information = with_bias(covariance).inverse();
   const auto is_certain = [&](const Eigen::Vector3d& rotation) {
     return rotation.dot(information * rotation) > kContradiction;
@@ -131,6 +119,20 @@ void GyroPrior::add(const TrackedFrame& tracked) {
   ++compared_;
   left_out_ += contradicted();
   if (!contradicts) bias_->add(*measured_, difference, covariance);
+}
+
+std::optional<Imu> GyroPrior::mounted_otherwise() {
+  const Eigen::Quaterniond q = imu_->T_camera_imu.quaternion();
+  const auto mounted = mounting_.instead_of(q);
+  if (!mounted) return std::nullopt;
+  if (!given_) given_ = q;
+  imu_->T_camera_imu = Pose(*mounted, imu_->T_camera_imu.translation());
+  bias_.emplace(*imu_);
+  measured_.reset();
+  contradictions_.clear();
+  clock_ = {};
+  mounting_.clear();
+  return imu_;
 }
 
 }  // namespace stillmap

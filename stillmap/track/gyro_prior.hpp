@@ -31,13 +31,12 @@ class GyroPrior {
   std::optional<MotionPrior> motion(const RgbdFrame& image, double before,
                                     const Matrix6d& covariance);
 
-  /// Adds a tracked frame with T_previous_camera, whose motion was predicted by motion().
-  void add(const TrackedFrame& tracked);
-
-  /// Compares clocks and orientation by the motion from the previous frame to this one, as the
-  /// images alone show it. Returns the IMU as it is mounted, if it was found to be mounted
-  /// otherwise.
-  std::optional<Imu> compare(const RgbdFrame& image, const Pose& T_previous_camera);
+  /// Compares rotations, clocks and orientation of the frame of motion(). Returns the IMU as it is
+  /// mounted, if it was found to be mounted otherwise.
+  /// @param T_previous_camera  motion since the previous frame as the images alone show it
+  /// @param covariance         of the pose of this frame by them, as PoseEstimate's
+  std::optional<Imu> compare(const RgbdFrame& image, const Pose& T_previous_camera,
+                             const Matrix6d& covariance);
 
   /// Returns whether it is left out because it contradicts the images, or their clock.
   bool contradicted() const { return contradictions_.too_many() || clock_.offset().has_value(); }
@@ -48,6 +47,8 @@ class GyroPrior {
 
  private:
   Eigen::Matrix3d with_bias(const Eigen::Matrix3d& covariance) const;
+  void compare_rotation(const Eigen::Quaterniond& seen, const Matrix6d& of_images);
+  std::optional<Imu> mounted_otherwise();
   Finding mounting_finding() const;
 
   std::optional<Imu> imu_;

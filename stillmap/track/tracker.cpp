@@ -524,7 +524,6 @@ TrackedFramePtr Tracker::tracked(const FramePtr& frame, const LocalMapPose& pose
   result->confirmed = is_confirmed(pose.estimate);
   if (!relocalized) result->T_previous_camera = motion_since_previous(pose.estimate.T_world_camera);
   if (model_.camera.imu) compare_gyroscope(*result, pose.estimate);
-  gyro_.add(*result);
   if (!relocalized) note_prediction(*result);
   judge(*result);
   dead_reckoning_.correct({frame->timestamp(), pose.estimate.T_world_camera, result->covariance},
@@ -564,9 +563,9 @@ void Tracker::compare_gyroscope(const TrackedFrame& tracked, const PoseEstimate&
   if (!pose) return;
   T_world_by_images_ = pose->T_world_camera;
   if (!before) return;
-  const Pose T_before_now = before->inverse() * *T_world_by_images_;
-  if (const auto mounted = gyro_.compare(*tracked.frame->image, T_before_now))
-    dead_reckoning_.mount(*mounted);
+  const auto mounted = gyro_.compare(*tracked.frame->image, before->inverse() * *T_world_by_images_,
+                                     pose->covariance);
+  if (mounted) dead_reckoning_.mount(*mounted);
 }
 
 TrackedFramePtr Tracker::tracked_by_odometry(const FramePtr& frame, const PoseEstimate& estimate) {
