@@ -81,9 +81,7 @@ void add_around(const Lattice& voxel, int reach, VoxelIndex& index) {
 
 /// Returns the mesh without the triangles that are not at points of the map: along outlines, the
 /// distances of views from several sides may be zero where there is no surface.
-/// @param voxel_edge  edge of the voxels of the mesh [m]; those of the map may be finer than its
-/// points
-///               are dense
+/// @param voxel_edge  of the mesh [m]; the voxels of the map may be finer than its points are dense
 TriangleMesh at_points(TriangleMesh mesh, const PlacedMap& placed, double voxel_edge) {
   constexpr int kReach = 1, kFarReach = 5;  // far points are further apart, and less exact [voxels]
   const double edge = std::max(voxel_edge, placed.grid->edge());

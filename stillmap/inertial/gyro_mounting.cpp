@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/inertial/gyro_mounting.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include "stillmap/geometry/trajectory.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 
 namespace stillmap {
 namespace {
@@ -39,13 +37,7 @@ std::optional<Eigen::Quaterniond> GyroMounting::instead_of(
     covariance += (pair.seen - mean.seen) * m.transpose();
     spread += m * m.transpose();
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d& U = svd.matrixU();
-  const Eigen::Matrix3d& V = svd.matrixV();
-  const double proper = (U * V.transpose()).determinant() < 0 ? -1 : 1;
-  Eigen::Quaterniond R(
-      Eigen::Matrix3d(U * Eigen::Vector3d(1, 1, proper).asDiagonal() * V.transpose()));
+  Eigen::Quaterniond R(nearest_rotation(covariance));
   const auto squares = [&](const Eigen::Quaterniond& q) {
     double sum = 0;
     for (const Pair& pair : pairs_)

@@ -75,11 +75,12 @@ double jackknife_variance(const Parts& parts) {
     if (!part.empty()) ++used;
   }
   if (used < kMinParts) return 0;
+  const Vector6d minimum = -all.H.ldlt().solve(all.g);
   double sum = 0;
   for (const PartNormal& part : parts) {
     if (part.empty()) continue;
-    // The difference between the steps to the minima without and with the part.
-    const Vector6d step = (all.H - part.H).ldlt().solve(part.g - all.g) + all.H.ldlt().solve(all.g);
+    // From the minimum of all parts to that without this part.
+    const Vector6d step = (all.H - part.H).ldlt().solve(part.g - all.g) - minimum;
     if (step.allFinite()) sum += step.dot(all.H * step);
   }
   return (used - 1) * sum / (6 * used);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/frame_log.hpp"
 
-#include "stillmap/track/moving_majority.hpp"
-
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stillmap/pipeline/snapshot.hpp"
 
-#include "stillmap/track/moving_majority.hpp"
-
 #include <algorithm>
 #include <cstdint>
 #include <optional>
